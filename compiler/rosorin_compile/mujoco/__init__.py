@@ -1,5 +1,5 @@
 """Export to MuJoCo, and checks that run in MuJoCo.
 
-Formats: ``mjcf`` and ``scene``. ``simulation`` holds poses, drives and moves joints. ``physics`` finds implausible
+Formats: ``mjcf`` and ``scene``. ``simulation`` simulates poses, driving and joints. ``physics`` finds implausible
 masses and sizes, and overlapping links. ``collisions`` computes the collision matrix for MoveIt.
 """

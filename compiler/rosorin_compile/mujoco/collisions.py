@@ -23,23 +23,23 @@ from .physics import require
 from .solids import Bodies, Meshes, Pair, read_meshes
 
 FILE = "collisions.yaml"
-FAR = 0.02  # m: above this distance, the matrix only contains the bound ("beyond"), not the distance
+FAR = 0.02  # m: for links farther apart, the matrix contains this lower bound ("beyond") instead of the distance
 TOUCH = 1e-6  # m: tolerance, because rounding can separate faces that coincide
 _ROUND, _MOST_ROUNDS = 200, 50  # random states per round, and the maximum number of rounds
-_BLOCK = 1000  # states that are held in memory at once
-_NEAREST, _STARTS = 24, 3  # states per pair whose distance is measured, and states from which descents start
-_FIRST_STEP, _HALVINGS = 0.1, 8  # initial step as a share of the joint range; halved when no step reduces the distance
-_BATCH = 8  # candidate steps that are measured at once
+_BLOCK = 1000  # number of states held in memory at once
+_NEAREST, _STARTS = 24, 3  # number of states per pair in which to measure the distance, and from which to descend
+_FIRST_STEP, _HALVINGS = 0.1, 8  # initial step relative to the joint range, and how often it is halved
+_BATCH = 8  # number of candidate steps measured at once
 _FARTHEST = 10.0  # m: maximum distance to measure, larger than a robot
-_MESH_STATES = 5  # states in which the meshes of a pair are tested in addition to their hulls
+_MESH_STATES = 5  # number of states per pair in which the meshes are tested after their hulls touched
 
-State = dict[str, float]  # positions of the joints that are not mimic joints, in rad or m
+State = dict[str, float]  # positions (rad or m) by joint, without mimic joints
 Planning = Any  # ros.srdf.planning.Planning, which this layer must not import
 
 
 @dataclass(frozen=True)
 class CollisionMatrix:
-    """The collision matrix of a robot. If ``diagnostics`` has an error, it was not computed or not written."""
+    """The collision matrix of a robot, which was not computed or not written if ``diagnostics`` has an error."""
 
     robot: str
     file: str
@@ -77,7 +77,7 @@ def compute_matrix(
         return refuse(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     if os.path.lexists(path) and not path.is_file():
         raise RequestError(f"{path} cannot be written: it is not a regular file")
-    with suppress(OSError, ValueError):  # it does not exist, or writing reports the reason
+    with suppress(OSError, ValueError):  # a missing file can be written, and other errors are reported later
         if not may_replace(path):
             return refuse(f"{path} was not written by rosorin-compile", "name another file with -o, or remove it")
     places = Places(request.description.path, request.description.outputs, request.packages, os.environ)
@@ -140,8 +140,8 @@ class Search(Bodies):
     4. Never: in collision in no random state. A descent from the nearest states must not bring the links closer than
        the clearance, and all joints between them must have limits. Links that no joint moves are measured only once.
 
-    The random states depend only on the seed. ``found`` has the pairs that need no check, ``hit`` those that touched in
-    a state, ``only_hulls`` those whose hulls touch but whose meshes do not. ``same`` has the results of an earlier
+    The random states depend only on the seed. ``found`` has the pairs that need no check, ``hit`` pairs that touched in
+    a state, ``only_hulls`` pairs whose hulls touch but whose meshes do not. ``same`` has the results of an earlier
     matrix that are still valid; None means that the pair must be checked. The names in a pair are sorted.
     """
 
@@ -205,7 +205,7 @@ class Search(Bodies):
         return list(dict.fromkeys(leader_of(self.planning.robot, joint).name for joint in moving))
 
     def _is_real(self, pair: Pair, states: Sequence[State]) -> bool:
-        """Return True if the meshes of a pair touch in every state; else add the pair to ``only_hulls``."""
+        """Return True if the meshes of a pair touch in every state, else add the pair to ``only_hulls``."""
         for state in states:
             contacts = [solids for *solids, _ in self.contacts(self.rows([state])[0], TOUCH)]
             if not any(self.touches((a, b), state) for a, b in contacts if {a.link, b.link} == set(pair)):
@@ -214,7 +214,7 @@ class Search(Bodies):
         return True
 
     def distances(self, pair: Pair, states: Sequence[State], most: float) -> Iterator[float]:
-        """Yield the distance (m) between two links in each state, at most ``most``; contacts would miss some pairs."""
+        """Yield the distance (m) between two links in each state, clamped to the maximum ``most``."""
         geoms, measure = list(product(self.geoms[pair[0]], self.geoms[pair[1]])), self.mujoco.mj_geomDistance
         places = [slice(7 * number, 7 * number + 7) for number in map(self.names.index, pair)]
         for row in self.rows(states, pair):
@@ -224,7 +224,7 @@ class Search(Bodies):
             yield min(gaps, default=most)
 
     def _states(self, count: int) -> Iterator[tuple[State, dict[Pair, float]]]:
-        """Yield random states with the undecided pairs that touch and their depth (m); links are in that state."""
+        """Move the links to random states; yield each state with the depth (m) of touching pairs not in ``found``."""
         for first in range(0, count, _BLOCK):
             block, bounds = range(min(_BLOCK, count - first)), self.bounds.items()
             states = [{name: low + self.random.random() * (high - low) for name, (low, high) in bounds} for _ in block]
@@ -237,7 +237,7 @@ class Search(Bodies):
                 yield state, touching
 
     def _nearest_states(self, pairs: Sequence[Pair]) -> dict[Pair, list[State]]:
-        """Return, for each pair, the random states with the nearest bounding spheres of its geoms, nearest first."""
+        """Return, for each pair, the random states in which their bounding spheres are nearest, nearest first."""
         import numpy as np
 
         geoms = [list(product(self.geoms[first], self.geoms[second])) for first, second in pairs]
@@ -259,7 +259,7 @@ class Search(Bodies):
 
     def approach(self, pair: Pair, joints: Sequence[str], states: Sequence[State]) -> float:
         """Return the smallest distance (m) of a pair that a pattern search over ``joints`` reaches from ``states``."""
-        chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - does not depend on the other pairs
+        chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - one seed per pair, for reproducible results
         measured = zip(self.distances(pair, states, _FARTHEST), states, strict=True)
         low, high = ({name: ends[which] for name, ends in self.bounds.items()} for which in (0, 1))
         nearest = math.inf

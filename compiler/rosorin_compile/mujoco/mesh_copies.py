@@ -21,9 +21,9 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 
 MAX_BYTES = 500_000_000
-MAX_STL_TRIANGLES = 200_000  # a limit of MuJoCo
-MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no convex hull above it
-MIN_VERTICES = 4  # distinct vertices; a limit of MuJoCo
+MAX_STL_TRIANGLES = 200_000  # in a file, a limit of MuJoCo
+MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no convex hull of larger coordinates
+MIN_VERTICES = 4  # distinct vertices in a file, a limit of MuJoCo
 FLAT = 1e-9  # thickness relative to the length, below which MuJoCo computes no convex hull
 _MARK = "made by rosorin-compile of SHA-256 "
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
@@ -34,7 +34,7 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 def copy_meshes(searched: Searched, outputs: Path) -> Searched:
     """Read and convert the files that the MJCF needs; report unusable files and add them to ``missing``."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
-    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by rule, reason, help and kind of file
+    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # failed files by rule, reason, help and kind
     found = [one for one in searched.found if one.named.kind != OF_MESH]
     for number, one in enumerate(found):
         Progress.step("reading meshes", number, len(found))
@@ -91,7 +91,7 @@ def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
 
 
 def _is_flat(points: list[Vector]) -> bool:
-    """Return True if all points are in the plane of the first point, the farthest, and the farthest off their axis."""
+    """Return True if all points are in one plane, with the tolerance ``FLAT``."""
     rest = [minus(point, points[0]) for point in points]
     axis = max(rest, key=norm)
     normal = max((cross(axis, point) for point in rest), key=norm)
@@ -100,7 +100,7 @@ def _is_flat(points: list[Vector]) -> bool:
 
 
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
-    """Return the contents of each copy of a file by name, and True if this call converted it. Raises UnreadableMesh."""
+    """Return (contents of the copies by name, whether this call converted the file). Raises UnreadableMesh."""
     try:
         if found.file.stat().st_size > MAX_BYTES:
             raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")

@@ -31,22 +31,22 @@ from rosorin_compile.source.wording import count_of, phrase
 from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
-# Names of required modules, and the arguments of pip that install them.
+# Required modules by name, with the argument of pip that installs each of them.
 _NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}
-_LONGEST, _SHORTEST = 20.0, 1e-3  # m: plausible lengths of a part
-_TIMES = 200.0  # times the rest of the robot: a mesh in millimetres is 1,000 times too long, a large part is not
-_HEAVIEST, _LIGHTEST = 25_000.0, 1.0  # kg/m^3: osmium has 22,600, air 1.2
+_LONGEST, _SHORTEST = 20.0, 1e-3  # m: plausible lengths of a link
+_TIMES = 200.0  # largest plausible length relative to the other links; a mesh in millimetres is 1,000 times too long
+_HEAVIEST, _LIGHTEST = 25_000.0, 1.0  # kg/m^3, plausible densities: osmium has 22,600, air 1.2
 _FAR_INERTIA = 1.2  # largest radius of gyration, relative to the distance from the centre of mass to the farthest point
 _OUTSIDE = 0.1  # tolerance for a centre of mass outside the bounding box, relative to its longest side
 _APART = 0.25  # largest gap between the boxes of collision shapes and visuals, relative to the longest side
 
-_MOST_INSIDE = 0.9  # share of volume: more than a bearing or a cover encloses
-_CORNER = 0.2  # share of volume: a smaller overlap is normal at a joint
-_SHOWN = 5  # names in a note
-_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # step (rad) and step limit of a revolute joint; prismatic
-_MOST_STATES = 20_000  # limit for all joints together; beyond it, steps are larger
+_MOST_INSIDE = 0.9  # share of the volume of a link that must be inside another link to count as enclosed
+_CORNER = 0.2  # share of the volume of a link; adjacent links with a smaller overlap are normal
+_SHOWN = 5  # maximum number of names in a note
+_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # revolute: step (rad), maximum steps; prismatic: steps
+_MOST_STATES = 20_000  # maximum number of states for all joints; above it, steps become larger
 _GROWTH = 0.3  # share of the volume of the moved link that must enter the adjacent link for a warning
-_BLOCKED = 0.25  # share of the joint range; a shorter collision means only that a limit is too wide
+_BLOCKED = 0.25  # share of the joint range; if less of it is in collision, only a limit is too wide
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def check_physics(
 
 
 class OverlapFinder:
-    """Finds overlapping links for the viewer. ``files`` are mesh files by name; the first call builds the scene."""
+    """Finds overlapping links for the viewer. ``files`` are mesh files by name; the first call of ``pairs`` is slow."""
 
     def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
         self.case, self.files = case, files
@@ -145,7 +145,7 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
-    """Yield warnings about the mass, inertia and shapes of a link, also together with the links fixed to it."""
+    """Yield warnings about the mass, inertia and shapes of a link, alone and with the links fixed to it."""
     import numpy as np
 
     group = next(group for group in weld_groups(case.robot).values() if link.name in group)
@@ -192,7 +192,7 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
 
 
 class State(NamedTuple):
-    """A named pose, or the zero position with the name "": joint positions (rad or m) and overlaps."""
+    """A named pose, or the zero pose with the name "", with its joint positions (rad or m) and overlaps of links."""
 
     name: str
     positions: Positions
@@ -200,7 +200,7 @@ class State(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A finding that a note summarizes: the names that ``accept`` can list, its text, and its path."""
+    """A finding that a note summarizes: the names by which "accept" can suppress it, its text, and its path."""
 
     names: tuple[str, ...]
     text: str
@@ -208,7 +208,7 @@ class Member(NamedTuple):
 
 
 def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bool = False) -> Iterator[Diagnostic]:
-    """Yield one note with the count and names of the findings, and a diagnostic for each finding accepted by name."""
+    """Yield one note about all findings, and a separate diagnostic for each one that "accept" suppresses by name."""
     rest: dict[tuple[str, ...], Member] = {}
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=member.names)
@@ -293,7 +293,7 @@ def _shapes_of(case: Case, *solids: Solid) -> list[tuple[str, TreePath]]:
 
 
 def _name(case: Case, solid: Solid) -> str:
-    """Return a shape for messages: its kind, its number if the link has several, and whether it is a stand-in."""
+    """Format a shape for messages: its kind, its number if the link has several, and whether it is a stand-in."""
     shapes, place = case.robot.link[solid.link].collision, case.stands_in(_path(case, solid))
     geometry = shapes[solid.number].geometry
     if isinstance(geometry, Mesh):

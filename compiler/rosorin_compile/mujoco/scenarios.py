@@ -28,7 +28,7 @@ _STEER = 200.0  # rad/s: undamped natural frequency of an added steering servo
 _FAR = 1e6  # m: larger than any distance to the floor
 _LAST = 0.25  # s at the end of a scenario, over which measurements are averaged
 _RAMP, _DRIVING = 0.5, 2.0  # s of acceleration, and s at constant speed, of which the second half is measured
-_SWING = 0.5  # s
+_SWING = 0.5  # s: duration of the swing
 _PUSH = 0.5  # rad/s, or a tenth of it in m/s: initial speed of a swinging joint
 _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s: upper bounds; also at most half the velocity limit of the joint
 _TURN, _CATCH_UP = 0.1, 0.05  # rad or m: half range of a joint without limits; s: time constant of velocity control
@@ -39,8 +39,8 @@ _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s: bounds for the move to an en
 class Actuator:
     """An actuator of the model; ``joint`` is empty if it does not drive a joint.
 
-    Its force is ``gain`` * control + bias. If the bias depends on the position or the velocity, with the factor
-    ``stiffness``, it is a servo. ``targets`` are the lowest and highest target of the joint, empty if unlimited.
+    The force is ``gain`` * control + ``offset`` + ``stiffness`` * x, where x is the position or velocity of a servo.
+    ``stiffness`` is 0 without a servo. ``targets`` are the lowest and highest target of the joint, () if unlimited.
     """
 
     number: int
@@ -68,7 +68,7 @@ class World:
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile an MJCF. ``folder`` is where its relative paths start, ``meshes`` are file contents by name.
+        """Compile an MJCF. Relative paths start in ``folder``; ``meshes`` are file contents by name.
 
         Raises ValueError with MuJoCo's message.
         """
@@ -88,7 +88,7 @@ class World:
         self.data = mujoco.MjData(self.model)
         self.link_of: dict[int, str] = {self.model.body(body_name(robot, name)).id: name for name in robot.link}
         self.actuators = self._actuators()
-        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # reversed: the first one wins
+        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first servo has priority
         self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
         self.sample = self.chunk * float(self.model.opt.timestep)
 
@@ -383,7 +383,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return the joints without an actuator, except casters and rollers; () if an actuator drives other than joints."""
+    """Return joints without an actuator, except casters and rollers; () if an actuator does not drive a joint."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
     idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]

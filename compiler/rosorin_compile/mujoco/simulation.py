@@ -25,9 +25,9 @@ from .mjcf.bodies import leader_of
 from .mjcf.engine import quiet, reason
 from .scenarios import FIXED, FREE, DriveTrial, EnergyTrial, PoseTrial, RangeTrial, Result, World, run_scenarios
 
-_TIPPED = 0.2  # rad
-_SHOWN = 3  # names
-_LEAST = 5e-3  # m/s or rad/s: smaller velocity components are not printed
+_TIPPED = 0.2  # rad: a base that leans more has tipped over
+_SHOWN = 3  # maximum number of names in a message
+_LEAST = 5e-3  # m/s or rad/s: smaller velocity components are omitted
 
 
 class Limit(NamedTuple):

@@ -28,11 +28,11 @@ Pair = tuple[str, str]  # two links; in a ``Scene``, the link nearer to the root
 
 _LEAST = 5e-4  # m: smaller overlaps are caused by rounding in files and in MuJoCo
 _SMALLEST = 1e-6  # m: a smaller shape has no volume
-_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # numbers of points: in a link, on a mesh, tested against a mesh
+_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # number of points in a link, on a mesh, and tested against a mesh
 
 
 class MeshShape(NamedTuple):
-    """A mesh shape: its link, its purpose ("collision" or "visual"), and its index in that list of shapes."""
+    """A mesh shape: its link, its purpose ("collision" or "visual"), and its index in the shapes for that purpose."""
 
     link: str
     purpose: str
@@ -167,11 +167,11 @@ class Bodies:
         """Build one body for each link in ``shapes``; pairs in ``excluded`` are never in contact."""
         self.mujoco = mujoco = import_module("mujoco")
         self.robot = robot
-        self.kinematics = replace(robot, edges=()).kinematics  # without the frames of other nodes
+        self.kinematics = replace(robot, edges=()).kinematics  # without static transforms of other ROS nodes
         self.names, self.solids = list(shapes), list[Solid]()
         self.solids_of = {name: solids_of(shapes[name], name, meshes) for name in shapes}
         spec: Any = mujoco.MjSpec()
-        spec.memory = 2**28  # bytes for contacts: links inside each other have many
+        spec.memory = 2**28  # bytes for contacts, because overlapping links have many
         for name, solids in self.solids_of.items():  # names need a prefix, because MuJoCo reserves "world"
             body = spec.worldbody.add_body(name=f"link {name}", explicitinertial=True, mass=1, inertia=[1, 1, 1])
             body.add_freejoint()
@@ -191,7 +191,7 @@ class Bodies:
         self.data: Any = mujoco.MjData(self.model)
 
     def rows(self, states: Sequence[Positions], names: Sequence[str] = ()) -> Floats:
-        """Return the poses (x y z qw qx qy qz) of the bodies in ``names``, by default all: a row for each state."""
+        """Return one row per state: the poses (x y z qw qx qy qz) of the bodies in ``names``, by default all bodies."""
         import numpy as np
 
         names, joints = names or self.names, states[0].keys() if states else ()
@@ -206,12 +206,12 @@ class Bodies:
         return rows.reshape(len(states), 7 * len(names))
 
     def put(self, row: Floats) -> None:
-        """Move all bodies to the poses in a row of ``rows``."""
+        """Move all bodies to the poses in a row, as returned by ``rows``."""
         self.data.qpos[:] = row
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def contacts(self, row: Floats, farthest: float) -> Iterator[tuple[Solid, Solid, float]]:
-        """Move all bodies, and yield the solids and distance (m, negative: overlap) of contacts up to ``farthest``."""
+        """Move all bodies; yield contacts up to ``farthest`` as (solid, solid, distance in m, negative if inside)."""
         self.put(row)
         self.mujoco.mj_collision(self.model, self.data)
         contact = self.data.contact
@@ -277,7 +277,7 @@ class Scene(Bodies):
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
-        """Return the share (0 to 1) of the volume of ``small`` inside the hulls of ``large``; ``exact``: the meshes."""
+        """Return the share (0 to 1) of ``small`` by volume in the hulls of ``large``, or in its meshes if ``exact``."""
         import numpy as np
 
         inner, outer = self.solids_of[small], self.solids_of[large]

@@ -1,6 +1,6 @@
 """SDF, the format of Gazebo and Drake.
 
-``content`` determines which links become links or frames, ``write`` prints the file. ``read`` imports an SDF, with
+``content`` determines which links become links or frames, ``write`` formats the file. ``read`` imports an SDF, with
 ``models`` for numbers, poses, includes, nested models and names, and ``read_joints`` for joints.
 """
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def _call(module: str, name: str, *arguments: Any) -> Any:
-    """Import a module on demand and call a function in it, because few runs need all modules."""
+    """Import a module and call a function in it, to avoid imports that most runs do not need."""
     return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 

@@ -31,22 +31,22 @@ if TYPE_CHECKING:
 
 FOLLOWERS = "1.11"  # first version with <mimic>
 OLDEST, NEWEST = "1.9", "1.12"
-UNLIMITED = 1e16  # readers of SDF ignore larger limits
-FREE = ("floating", "planar")  # SDF has no such joints, so the child link is free to move in the world
-# Inertial of moving massless links (kg, kg*m^2): too small to affect the motion, large enough for physics engines.
+UNLIMITED = 1e16  # readers of SDF ignore limits with a magnitude above this
+FREE = ("floating", "planar")  # joint types that SDF lacks, so the child link is free to move in the world
+# Inertial of moving massless links (kg, kg*m^2): does not affect the motion, but physics engines accept it.
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
 WORLD = "world"
 RESERVED = re.compile(r"__.*__\Z")
 
-# Elements of SDF 1.9 that a description has no key for, and that Gazebo accepts in a <gazebo> block.
+# Elements of SDF 1.9 that no key of a description can express, but that Gazebo accepts in a <gazebo> block.
 OF_MODEL = ("plugin", "static", "self_collide", "allow_auto_disable", "enable_wind")
 OF_LINK = (
     *("sensor", "gravity", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"),
     *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
 )
 OF_JOINT = ("sensor", "physics")
-# Elements of Gazebo classic that apply to all collisions of a link, each with the name of the element in a <collision>,
-# the part of the <surface> that contains it, and the number of values.
+# Elements of Gazebo classic that apply to all collisions of a link, with the name of the element in a <collision>,
+# the child of <surface> that contains the element (or ""), and the number of values.
 OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "laserRetro": ("laser_retro", "", 1),
     "maxContacts": ("max_contacts", "", 1),
@@ -58,9 +58,9 @@ OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "maxVel": ("max_vel", "contact", 1),
     "minDepth": ("min_depth", "contact", 1),
 }
-_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # for URDF to SDF
+_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # only for URDF to SDF
 _POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
-# Size elements of each geometry, with their number of values.
+# Size elements of each geometry, with the number of values in the element.
 SOLIDS = {
     "box": {"size": 3},
     "cylinder": {"radius": 1, "length": 1},
@@ -72,11 +72,11 @@ SOLIDS = {
 
 
 class Content(NamedTuple):
-    """The inertials of the links of an SDF, and the link or frame that each frame is attached to."""
+    """The contents of an SDF: inertials by link, and the link or frame that each frame is attached to, by frame."""
 
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
-    carrier: Mapping[str, str]  # SDF link for each link of the robot: itself, or the link that its frame moves with
+    carrier: Mapping[str, str]  # SDF link that each link of the robot moves with (itself, unless it becomes a frame)
     canonical: str  # the canonical link of the model
     weightless: tuple[str, ...]  # moving links without mass, which get ``LEAST``
 
@@ -102,7 +102,7 @@ def _has_mass(inertial: Inertial | None) -> bool:
 
 def world_of(robot: Robot) -> str:
     """Return the name of the root link if it represents the world, else ""."""
-    if not robot.is_tree:  # a rule reports this
+    if not robot.is_tree:  # other rules report kinematic loops and several roots
         return ""
     root = robot.link[robot.root]
     is_bare = not (_has_mass(root.inertial) or root.visual or root.collision)
@@ -165,7 +165,7 @@ def view(robot: Robot, output: Output) -> Robot:
         is_mesh = any(isinstance(solid.geometry, Mesh) for solid in solids)
         bare = () if is_mesh else tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         links.append(Link(link.name, link.inertial if _has_mass(link.inertial) else None, (), bare))
-    # A link without a joint in the SDF is read as floating in the world, and then the root is, too.
+    # A link without a joint in the SDF is read as floating in the world, and so is the root if there is such a link.
     loose, around = [one for one in robot.joints if one.type in FREE and one.parent != world], world or WORLD
     while not world and around in robot.link:
         around += "_"
@@ -181,7 +181,7 @@ def view(robot: Robot, output: Output) -> Robot:
             limit = joint.limit if joint.moves else None
             if limit is not None:
                 known = [limit.known_value(key) for key in ("lower", "upper", "effort")]
-                # Readers of SDF ignore large limits. The margin is for limits that were rounded when printed.
+                # Readers of SDF ignore large limits. The margin allows for limits that were rounded when written.
                 lower, upper, effort = (None if one is None or abs(one) >= 0.99 * UNLIMITED else one for one in known)
                 limit = Limit(None, None, effort) if joint.type == "continuous" else Limit(lower, upper, effort)
             name, axis = (names[joint.name], joint.axis) if joint.moves else ("", (1.0, 0.0, 0.0))
@@ -202,7 +202,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
-    """Wrap XML elements in an element."""
+    """Return an XML element with a tag, attributes and child elements."""
     names = "".join(f" {key}={attribute_value(value)}" for key, value in attributes.items())
     if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < 80:
         return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
@@ -210,13 +210,13 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
-    """Add XML to ``urdf_elements`` of an entry, with the source position of ``element``, and return its index."""
+    """Append XML to ``urdf_elements`` of an entry, with the source position of ``element``, and return the index."""
     entry.setdefault("urdf_elements", []).append(Placed(text, element.span))
     return len(entry["urdf_elements"]) - 1
 
 
 class KeptElements(NamedTuple):
-    """Kept elements: XML by link or joint, values for all collisions of a link by tag, and tags not written."""
+    """Elements kept as XML, by link or joint; values for all collisions of a link, by tag; tags that are left out."""
 
     model: list[str]
     links: dict[str, list[str]]
@@ -226,7 +226,7 @@ class KeptElements(NamedTuple):
 
 
 def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> KeptElements:
-    """Sort the kept elements by their place in SDF; ``carrier`` is as in ``Content``, ``joints`` are the SDF joints."""
+    """Sort the kept elements by where SDF allows them; ``carrier`` is as in ``Content``, ``joints`` those in SDF."""
     found = KeptElements([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
     blocks = list(_elements(robot.urdf_elements, "gazebo"))
@@ -236,7 +236,7 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
         if tag in _FOR_CONVERSION:
             continue
         if tag in OF_COLLISIONS and not is_own:
-            with suppress(ValueError):  # invalid values are reported as not written
+            with suppress(ValueError):  # elements with invalid values are reported as not written
                 words = element.get("value") or element.text
                 numbers_of(words, OF_COLLISIONS[tag][2])
                 numbers = " ".join(words.split())
@@ -255,7 +255,7 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
 
 
 def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:
-    """Return the <collision> elements for the Gazebo classic values of a link, except for ``present`` tags."""
+    """Convert Gazebo classic values of a link to child elements of <collision>, except for tags in ``present``."""
     made, parts = list[str](), dict[str, str]()
     for word, (name, part, _) in OF_COLLISIONS.items():
         text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""
@@ -268,7 +268,7 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
 
 
 def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
-    """Return the elements in the <sdf> blocks of an entry; the children of the paths ``within`` as XML by path."""
+    """Return (elements in the <sdf> blocks of an entry, XML of children of the paths ``within`` by path)."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
     for above, block in waiting:  # the loop appends to the list
@@ -284,11 +284,11 @@ def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Map
 
 
 def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
-    """Parse kept XML and yield the top-level elements with a tag."""
+    """Parse kept XML and yield the top-level elements with a given tag."""
     for text in (text for text in texts if f"<{tag}" in text):
         try:
             document = parse(Source("", f"<all>{text}</all>"))
-        except MarkupError:  # too large; rules have already checked the syntax
+        except MarkupError:  # only if too large, because rules check the syntax
             continue
         yield from (block for block in document.root.children if block.tag == tag)
 
@@ -302,6 +302,6 @@ def _relative_to(element: Element, frame: str) -> str:
     if pose is not None:
         at = pose.start - element.start + len("<pose")
         return f"{text[:at]}{word}{text[at:]}"
-    if element.end == element.opened:  # <sensor .../>
+    if element.end == element.opened:  # self-closing: <sensor .../>
         return f"{text[: at - 2]}><pose{word}/></{element.tag}>"
     return f"{text[:at]}<pose{word}/>{text[at:]}"

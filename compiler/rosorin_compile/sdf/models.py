@@ -34,16 +34,16 @@ from .content import RESERVED, UNLIMITED, WORLD
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
-_DEEPEST = 20  # nested models; more indicates a cycle of includes
+_DEEPEST = 20  # maximum depth of nested models; deeper nesting is a cycle of includes
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
-_ROUNDING = 1e-15  # as in ``Pose``: smaller numbers of a pose are rounding errors
-MAX_MODELS = 1_000  # limit of includes
-MAX_ELEMENTS = 200_000  # limit of elements in all files
+_ROUNDING = 1e-15  # smaller numbers in a pose are rounding errors, as in ``Pose``
+MAX_MODELS = 1_000  # maximum number of included models
+MAX_ELEMENTS = 200_000  # maximum number of XML elements in all files
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose: its transform, its numbers with source positions (empty if computed), and its <pose> element."""
+    """A pose: its transform, its numbers with source positions (empty if not from the file), and its <pose>."""
 
     transform: Transform
     xyz: Sequence[Placed] = ()
@@ -59,7 +59,7 @@ class WrittenPose(NamedTuple):
 
 
 def clean_number(value: float) -> float:
-    """Remove the rounding error of a computed number."""
+    """Remove the rounding error of a number."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 
 
@@ -75,14 +75,14 @@ def name_span(element: Element) -> Span:
 
 @dataclass(eq=False)
 class Node:
-    """A link, a frame, a joint or a model."""
+    """A named element of an SDF with a pose: a link, frame, joint or model."""
 
     kind: str
     name: str
     element: Element
     scope: Scope
-    written: WrittenPose  # pose as in the file
-    called: str = ""  # name in the description
+    written: WrittenPose  # pose in the file, which can be relative to another frame
+    called: str = ""  # unique name in the description
     inner: Scope | None = None  # contents of a model
 
     @property
@@ -92,7 +92,7 @@ class Node:
 
 @dataclass(eq=False)
 class Scope:
-    """The namespace of a model, with its element, file and version; ``including`` is its <include>, if any."""
+    """The namespace of a model, with its XML element, file and SDF version; ``including`` is its <include> or None."""
 
     element: Element
     file: Path
@@ -175,7 +175,7 @@ class SdfReader(XmlReader):
         return found if found is not None and abs(found.value) < UNLIMITED else None
 
     def pose(self, element: Element | None) -> WrittenPose:
-        """Parse a <pose>; a missing or empty one is the identity."""
+        """Parse a <pose>; a missing or empty <pose> is the identity."""
         none = WrittenPose(Transform(), element=element)
         if element is None or not words(element):
             return none
@@ -201,7 +201,7 @@ class SdfReader(XmlReader):
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
-        """Return the children with tags that the caller does not read, and report misspelled tags."""
+        """Return the children whose tags are not in ``read``, and report misspelled tags."""
         known = {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
@@ -231,7 +231,7 @@ class SdfReader(XmlReader):
         return None
 
     def find_file(self, uri: str, including: Path) -> tuple[Path | None, str, str]:
-        """Return the file for a URI, or None with the reason ("" if it does not exist) and the help.
+        """Return (file for a URI or None, reason for None ("" if the file does not exist), help).
 
         Because an SDF may be untrusted, only files in its folder, in packages and models found by name, and in folders
         that the user specifies (``--package``, environment) can be included.
@@ -358,7 +358,7 @@ class SdfReader(XmlReader):
         return node
 
     def base(self, node: Node) -> tuple[str, Span]:
-        """Return the name of the frame that the pose of a node is relative to, and its source position."""
+        """Return (frame that the pose of a link, frame, joint or model is relative to, source position of its name)."""
         if (attribute := relative_to(node.written.element)) is None and node.kind == FRAME:
             attribute = node.element.attributes.get("attached_to")
         if attribute is not None and attribute.value:
@@ -379,7 +379,7 @@ class SdfReader(XmlReader):
         return self._poses[node]
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
-        """Return the pose, in the outermost model, of the frame that the pose of a node is relative to."""
+        """Return the pose, in the outermost model, of the frame that a pose is relative to (see ``base``)."""
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
@@ -387,7 +387,7 @@ class SdfReader(XmlReader):
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the link that a node moves with, or None if there is none; report errors."""
+        """Return the link that a link, frame, joint or model moves with, or None if there is none; report errors."""
         if node.kind == LINK:
             return node
         if node in visited or len(visited) > 1000:
@@ -406,7 +406,7 @@ class SdfReader(XmlReader):
         return None if found is None else self.link_of(found, visited)
 
     def canonical(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the canonical link of a model: the one that it specifies, or the first link."""
+        """Return the canonical link of a model: the link in the attribute ``canonical_link``, or the first link."""
         if (attribute := scope.element.attributes.get("canonical_link")) is not None and attribute.value:
             found = self.require(scope, attribute.value, attribute.span, f"canonical_link of {name_of(scope.element)}")
             return None if found is None else self.link_of(found, visited)
@@ -417,7 +417,7 @@ class SdfReader(XmlReader):
     def text_of(self, element: Element, scope: Scope, owner: Element | None = None) -> str:
         """Return an element as XML, with references to frames renamed as in the description.
 
-        ``owner`` is a <pose> whose relative_to is removed, because its element is moved to that frame.
+        ``owner`` is a <pose> whose relative_to is removed, because the caller attaches the element to that frame.
         """
         made = element.verbatim
         if owner is not None and not owner.content:
@@ -445,7 +445,7 @@ def _with_unit(one: Placed, unit: str) -> Placed:
 
 
 def _model_in(folder: Path) -> Path | None:
-    """Return the SDF with the highest version in the model.config of a folder, or its model.sdf."""
+    """Return the SDF file of a model folder: the highest version in model.config, else model.sdf, or None."""
     listed: list[Element] = []
     if is_file(config := folder / "model.config"):
         with suppress(MarkupError):

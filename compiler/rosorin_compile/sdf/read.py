@@ -30,7 +30,7 @@ from .read_joints import Bodies, Entries, Joints, is_near
 _READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-_WATER = 1000  # kg/m^3: the default density for a computed inertial
+_WATER = 1000  # kg/m^3: the default density for an inertial with auto="true"
 
 
 def read_sdf(opened: Opened) -> Imported:
@@ -51,7 +51,7 @@ def read_sdf(opened: Opened) -> Imported:
     version = ".".join(map(str, top.version))
     output = {"file": "robot.sdf", **({"version": version} if version in ("1.10", "1.11", "1.12") else {})}
     tree.put("outputs", as_tree({"sdf": output}, tree.span), tree.span, tree.span)
-    for element in document.root.iter():  # a comment in an element without an entry belongs to the entry of its parent
+    for element in document.root.iter():  # a comment in an element without an entry goes to the entry of the parent
         if (above := reading.paths.get(id(element.parent))) is not None and "urdf_elements" not in above:
             reading.paths.setdefault(id(element), () if above == ("robot",) else above)
     comments = comments_of(document, reading.paths)
@@ -71,7 +71,7 @@ def read(text: str) -> Robot:
 
 
 class _Robot:
-    """Converts a model to the sections of a description."""
+    """Converts an SDF model to the sections of a description."""
 
     def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
@@ -80,7 +80,7 @@ class _Robot:
         self.holder: dict[str, Any] = {"urdf_elements": []}  # elements kept as XML for the robot
         self.constraints: dict[str, Placed] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
-        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joints of unconnected parts
+        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joint type for separate parts
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links
@@ -100,7 +100,7 @@ class _Robot:
                 if node.called != first:
                     message = f'the {node.kind} "{first}" is called "{node.called}" in the description'
                     reading.note("import-changed", message, node.element.span)
-        # The world becomes a link if the model has a joint to it or several unconnected parts.
+        # The world becomes a link if the model has a joint to the world or several unconnected parts.
         roots, world = bodies.roots(), ""
         if len(roots) > 1 or any(joint.parent is None for joint in bodies.joints):
             world = WORLD
@@ -162,7 +162,7 @@ class _Robot:
                 rest += [] if self._is_constraint(child, scope) else [child]
             elif scope is self.top or child.tag == "plugin":
                 gazebo.append(child)
-            else:  # only applies to the nested model, which is merged
+            else:  # the element would apply to the whole robot after nested models are merged
                 reading.cannot_carry(f"<{child.tag}> of {name_of(element)} within", child.span)
         for child in gazebo if scope is not self.top and not scope.is_merged else ():
             message = f"{name_of(child)} becomes one of the robot: names in it stay as they are"
@@ -239,7 +239,7 @@ class _Robot:
         self.entries.links[link.called]["inertial"] = Placed(made, span)
 
     def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
-        """Return the link or an attached frame, and a pose relative to it; convert poses relative to other frames."""
+        """Return (link or frame attached to it, pose relative to that); convert poses relative to other frames."""
         written, base, attribute = self.reading.pose(pose), link, models.relative_to(pose)
         if attribute is not None and pose is not None:
             what = f"relative_to of {name_of(pose)}"
@@ -270,7 +270,7 @@ class _Robot:
             reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
         elif not NAME.match(attribute.value):
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
-        elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # not the generated name
+        elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # not the default name
             made["name"] = Placed(attribute.value, attribute.span)
         made |= placed.entry(element.span)
         self._details(element, solid, made, link)
@@ -289,7 +289,7 @@ class _Robot:
         for tag, inner in more.items():
             rest += [wrap(tag, [reading.text_of(child, link.scope) for child in inner])] if inner else []
         for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
-            # A surface that only has equal friction in both directions becomes a ``contact``.
+            # A <surface> becomes ``contact`` if it only has friction that is equal in both directions.
             ode = _only_descendant(child, "friction", "ode") if child.tag == "surface" else None
             found = {one.tag: reading.one(ode, one.tag) for one in ode.children} if ode is not None else {}
             mu, other = found.get("mu"), found.get("mu2")
@@ -366,7 +366,7 @@ class _Robot:
 
 
 def _only_descendant(element: Element, *tags: str) -> Element | None:
-    """Return the element at a path of tags, or None unless it is the only descendant on each level."""
+    """Return the element at a path of tags, or None if any element on the path has siblings."""
     for tag in tags:
         if [child.tag for child in element.children] != [tag]:
             return None

@@ -1,7 +1,7 @@
 """Import the joints of an SDF, and the frames that are attached to links, as entries of ``joints``.
 
 A body is a link with its attached frames. The topmost member of a body is the child of a joint, or the member that the
-others are relative to. The parent of each other member is the member that its pose is relative to, or the topmost one.
+others are relative to. The parent of any other member is the member that its pose is relative to, or the topmost.
 If the child of a joint does not have its origin on the joint axis, an intermediate link is added.
 """
 
@@ -22,19 +22,19 @@ _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")
 _NOT_CARRIED = ("screw", "gearbox", "universal", "revolute2")
 _LIMIT = ("lower", "upper", "effort", "velocity")
 _DYNAMICS = ("damping", "friction", "spring_stiffness", "spring_reference")
-# The last five have no effect on the supported types of joints.
+# Elements of a joint that are not kept as XML. The last five have no effect on the supported joint types.
 _READ = (
     *("pose", "parent", "child", "axis"),
     *("axis2", "thread_pitch", "screw_thread_pitch", "gearbox_ratio", "gearbox_reference_body"),
 )
 _Z: Vector = (0.0, 0.0, 1.0)
-_STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # N*m or N, rad/s or m/s, m or rad
+_STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # rad or m; N*m or N; rad/s or m/s
 _USUAL_MIMIC = {"multiplier": 1.0, "offset": 0.0}
 _MIMIC = (*_USUAL_MIMIC, "reference")
 
 
 class Entries(NamedTuple):
-    """The entries of links and joints by name, and elements for <gazebo> blocks by the name of the link or joint."""
+    """Entries of links and joints by name, and (element, XML) for <gazebo> blocks by the name of the link or joint."""
 
     links: dict[str, dict[str, Any]]
     joints: dict[str, Placed]
@@ -42,7 +42,7 @@ class Entries(NamedTuple):
 
 
 class JointNode(NamedTuple):
-    """A joint of an SDF; ``parent`` is None for the world, ``there`` is the pose of the child in the joint frame."""
+    """A joint of an SDF. ``parent`` is None for the world; ``there`` is the pose of the child in the joint frame."""
 
     node: Node
     kind: str
@@ -85,11 +85,11 @@ class Bodies:
             self._tops.setdefault(link, path[-1])
 
     def pose(self, node: Node | None) -> Transform:
-        """Return the pose of a node in the model; None represents the world."""
+        """Return the pose of a link, frame or joint in the model; None represents the world."""
         return self.world.inverse() if node is None else self.reading.node_pose(node)
 
     def body_of(self, node: Node | None) -> Node | None:
-        """Return the link that a node moves with, or None for the world or after an error."""
+        """Return the link that a link, frame or joint moves with, or None for the world or after an error."""
         return None if node is None else self._body.get(node)
 
     def _join(self, node: Node) -> None:
@@ -123,7 +123,7 @@ class Bodies:
                 reading.cannot_carry(name_of(node.element), node.element.span)
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
-        """Return an end of a joint (None: the world) and its source position, or report an error and return None."""
+        """Return (parent or child of a joint, None for the world; source position), or None after an error."""
         text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
             reading.error("missing-element", f"{name} has no <{end}>", node.element.span, f"add <{end}>LINK</{end}>")
@@ -142,7 +142,7 @@ class Bodies:
         return found if is_member else None
 
     def parent_of(self, node: Node) -> Node | None:
-        """Return the parent of a node within its body, or None for the topmost member."""
+        """Return the parent of a link or frame within its body, or None for the topmost member."""
         body = self.body_of(node)
         top = self._tops.get(body) if body is not None else None
         return None if top is node else self._base_in_body(node) or top
@@ -152,7 +152,7 @@ class Bodies:
         return [self._tops[link] for link in self.links if link not in held]
 
     def local_pose(self, node: Node, parent: Node | None) -> WrittenPose:
-        """Return the pose of a node in its parent, with the numbers of the file if they are relative to the parent."""
+        """Return the pose of a link, frame or joint in ``parent``, with the numbers in the file if not converted."""
         above = self.pose(parent)
         if self.reading.base_pose(node) == above:
             return node.written
@@ -164,7 +164,7 @@ class Joints:
 
     def __init__(self, bodies: Bodies, entries: Entries) -> None:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
-        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions by key of the limit and name of the joint
+        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions by limit key and by joint
 
     def read(self, world: str) -> None:
         """Add the entries of all joints; ``world`` is the name of the link that represents the world."""
@@ -188,7 +188,7 @@ class Joints:
         self.entries.joints[name] = Placed(entry, node.element.span)
 
     def _joint(self, joint: JointNode, parent: str) -> None:
-        """Add a joint, with an intermediate link if its child would otherwise move differently."""
+        """Add a joint, with an intermediate link if the origin of the child is not on the joint axis."""
         element, node, reading = joint.node.element, joint.node, self.reading
         has_axis = joint.kind not in ("fixed", "ball")
         axis = reading.single(element, "axis") if has_axis else None
@@ -230,9 +230,9 @@ class Joints:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
-        """Return the direction of an axis in the joint frame, and its numbers if not converted, or None after an error.
+        """Return (axis in the joint frame, numbers in the file or None if converted), or None after an error.
 
-        It is in the model frame before SDF 1.5, and up to SDF 1.6 if use_parent_model_frame is true.
+        The axis in the file is in the model frame before SDF 1.5, and up to SDF 1.6 if use_parent_model_frame is true.
         """
         xyz = None if axis is None else self.reading.single(axis, "xyz")
         numbers = None if xyz is None else self.reading.all_of(xyz, 3)
@@ -319,7 +319,7 @@ class Joints:
                 reading.cannot_carry(name_of(element), element.span)
             return
         made: dict[str, Any] = {"joint": Placed(leader.called, attribute.span)}
-        for key in _MIMIC:  # a child element, or an attribute in files for Drake
+        for key in _MIMIC:  # a child element in SDF, an attribute in files for Drake
             of_drake, number = element.attributes.get(key), reading.one(element, key)
             if of_drake is not None:
                 found = reading.numbers(of_drake.words(), element, key, of_drake.span, 1)

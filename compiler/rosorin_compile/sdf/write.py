@@ -1,7 +1,7 @@
 """Write the SDF of a robot.
 
-It contains all frames: links with mass become a ``<link>``, all others a ``<frame attached_to>`` (see ``content``).
-Poses have the numbers of the description: a joint is relative to its parent, the child to the joint, a shape to its
+The SDF has all frames: links with mass become a ``<link>``, all others a ``<frame attached_to>`` (see ``content``).
+Poses have the numbers of the description: a joint is relative to its parent, the child to that joint, a shape to its
 link. Tested with libsdformat 12 and Drake 1.51.
 """
 
@@ -26,15 +26,15 @@ from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
 
 MODEL = "__model__"
-_FRAME_ID = "frame_id"  # tag in SDF 1.12; earlier Gazebo versions use others
+_FRAME_ID = "frame_id"  # tag for the frame of sensor messages in SDF 1.12; earlier Gazebo versions use other tags
 _LOOPS = ("connect", "weld")
-# Points (m) for ball constraints: three that are not collinear are equivalent to a weld, one is a ball joint.
+# Points (m) of ball constraints: all three, which are not collinear, act like a weld, the first like a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the SDF of a robot.
+    """Return the SDF of a robot, and diagnostics for what SDF cannot express.
 
     Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12, by default the oldest that suffices),
     ``height_maps`` (how to split them into boxes), ``visuals`` (from_collision: also for links without visuals),
@@ -45,7 +45,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
-    """Return the lines of an element with the content ``lines`` (empty ones omitted); ``start`` is its start tag."""
+    """Return the lines of an element: the start tag ``start``, the nonempty content ``lines``, and the end tag."""
     return [f"{indent}<{start}>", *filter(None, lines), f"{indent}</{start.split(' ')[0]}>"]
 
 
@@ -54,7 +54,7 @@ def _indented(texts: Iterable[str], indent: str) -> list[str]:
 
 
 class _Writer:
-    """Prints the SDF of a robot; ``names`` has the name of each joint in the SDF."""
+    """Formats the SDF of a robot; ``names`` has the name of each joint in the SDF."""
 
     def __init__(self, robot: Robot, output: Output) -> None:
         self.robot, self.gazebo = robot, output.options.get("gazebo")
@@ -65,15 +65,15 @@ class _Writer:
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
         self.joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
-        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # not supported in SDF
+        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # SDF lacks ros2_control
         gazebo = distribution(self.gazebo)
         drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
         driven = replace(robot, urdf_elements=(*robot.urdf_elements, *drives))
         self.kept = contents.sort_elements(driven, carrier, self.joints)
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
-        self.open: list[str] = []  # kinematic loops that are not written
+        self.open: list[str] = []  # names of kinematic loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors that are not written, by reason
-        self.sensors: dict[str, list[str]] = {}  # XML by link or "joint NAME"
+        self.sensors: dict[str, list[str]] = {}  # XML of sensors by link or by "joint NAME"
         for sensor in robot.sensors if self.gazebo is not False else ():
             for one in sensor.gazebo:
                 self._sensor(sensor, one)
@@ -164,7 +164,7 @@ class _Writer:
         return _element(start, [f"        {pose}{geometry}", *_indented(texts, "        ")], "      ")
 
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
-        """Return the element of a geometry; ``kept`` are additional elements of a mesh."""
+        """Return the element of a geometry; ``kept`` are further XML elements of a mesh from the description."""
         shape, number, tag = solid.geometry, self.number, type(solid.geometry).__name__.lower()
         sizes = {key: getattr(shape, key) for key in SOLIDS[tag]}
         texts = {key: numbers(size, number) if isinstance(size, tuple) else number(size) for key, size in sizes.items()}
@@ -174,7 +174,7 @@ class _Writer:
         return f"<{tag}>{inner}{''.join(kept)}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
-        """Return the contents of a material; ``more`` are the elements kept in the description for SDF."""
+        """Return the contents of a material; ``more`` are further SDF elements from the description."""
         rgba, texture, parts = self.robot.colour(visual), self.robot.texture(visual), list[str]()
         if rgba is not None:
             is_own = any(text.startswith("<ambient") for text in more)
@@ -246,7 +246,7 @@ class _Writer:
                 yield from _element(f"{word}{attributes(name=f'{name}_{number}' if number else name)}", lines, "    ")
 
     def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
-        """Return the two links of a constraint and its pose in the first (joints at zero), or None if unsupported."""
+        """Return (link, link, pose of a constraint in the first with joints at zero), or None if it is unsupported."""
         if "relpose" in loop.values:
             return None
         marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
@@ -261,7 +261,7 @@ class _Writer:
         return (first, second, at) if {first, second} <= self.content.carrier.keys() else None
 
     def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
-        """Add a Gazebo sensor to its link or joint, or record the reason why it cannot be written."""
+        """Add a Gazebo sensor to its link or joint, or record why SDF cannot contain it."""
         kind, link, why = distribution(self.gazebo), one.feels or one.link, ""
         frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
         names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]

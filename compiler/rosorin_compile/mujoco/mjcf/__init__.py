@@ -1,6 +1,6 @@
 """MJCF, the format of MuJoCo.
 
-Writing: ``write`` and ``write_elements`` print the file. ``servos`` has the actuators, ``bodies`` names and groups,
+Writing: ``write`` and ``write_elements`` format the file. ``servos`` has the actuators, ``bodies`` names and groups,
 ``contacts`` the pairs and excludes, ``unsupported`` the checks. ``read_back`` reads a generated file for comparison.
 
 Importing: MuJoCo loads the file in a child process (``process``, ``engine``), which also compares the result with the
@@ -28,7 +28,7 @@ def _lazy(module: str, name: str) -> Callable[..., Any]:
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
-    """Return True if a frame in the artifact is a site or camera that was written for a sensor of the description."""
+    """Return True if a frame in the artifact is a site or camera that the export added for a sensor."""
     link, joint = robot.link[name], robot.joint_to.get(name)
     if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
         return False
@@ -40,7 +40,7 @@ FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
-    options = (tree.get("outputs") or {}).get("mjcf") or {}  # from the source, such as the kind of base
+    options = (tree.get("outputs") or {}).get("mjcf") or {}  # options from the imported file, such as a free base
     usual = {"integrator": "Euler"}  # MuJoCo's default, which it also uses for a URDF
     option = {} if "drives" in options else {"option": options.get("option", usual)}
     return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
@@ -78,7 +78,7 @@ _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
     "flag": ({"type": "object", "additionalProperties": _SWITCH}, "What is computed, and what not."),
 }
 SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
-"""The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
+"""The attributes of MuJoCo's <option> (in SI units) that a description can set, as a JSON schema."""
 
 _NAMES = {"type": "array", "items": {"type": "string"}}
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}

@@ -25,7 +25,7 @@ from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
 WORLD = "world"  # the root body of MuJoCo
-# Attributes of a contact pair, besides its geoms, that only enable the contact (condim 1: without friction).
+# Attributes that a <pair> has besides its geoms if it only enables a contact (condim 1: without friction).
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
 # Suffixes of the MuJoCo joints that represent one planar or floating joint, as in MuJoCo's URDF importer.
@@ -37,7 +37,7 @@ STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # Suffixes of the names of default classes (``Classes``), and the groups by which viewers show and hide geoms.
 VISUAL, COLLISION = "visual", "collision"
 WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``Masks``)
-# Collision geoms in the group of visuals, for links without visuals.
+# Classes of collision geoms that are in the group of visuals because their link has no visuals.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
 FRAME = "frame"  # sites at the frames of links, which a viewer shows as dots with group 4
 CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
@@ -133,7 +133,7 @@ class Masks:
 
 @of_robot
 def rolling(robot: model.Robot) -> frozenset[str]:
-    """Return the wheels, and the links below them; none if the description sets contact bits itself."""
+    """Return the wheels and the links below them, or an empty set if the description sets contact bits."""
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()
@@ -181,12 +181,12 @@ def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
 
 
 def form_of(output: model.Output) -> str:
-    """Return the option ``height_maps`` of an output: a way of splitting into boxes, or ``hfield``."""
+    """Return the option ``height_maps`` of an output: ``hfield``, or how to split height maps into boxes."""
     return str(output.options.get("height_maps", MERGED))
 
 
 def numbered_solids(link: model.Link, purpose: str, form: str) -> Iterator[tuple[int, model.Shape]]:
-    """Yield the numbers, from 1, and shapes of the geoms of a link; a height map is split into boxes as in ``form``."""
+    """Yield (number from 1, shape) for each geom of a link; ``form`` is how to write height maps (see ``form_of``)."""
     shapes = link.visual if purpose == VISUAL else link.collision
     yield from enumerate((one for shape in shapes for one in ((shape,) if form == HFIELD else shape.solids(form))), 1)
 
@@ -225,7 +225,7 @@ HOME = "home"
 
 
 def range_of(joint: model.Joint) -> tuple[float, float] | None:
-    """Return the range (rad or m) of a joint, a turn if continuous, or None if it has no limits or is a mimic joint."""
+    """Return the range (rad or m) of a joint (continuous: one turn), or None for a mimic joint or without limits."""
     limit = joint.limit
     if not joint.moves or joint.mimic is not None:
         return None
@@ -248,7 +248,7 @@ def home_of(robot: model.Robot) -> JointPose:
 
 
 def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
-    """Return the limit (rad or m) nearest to zero of each joint whose range excludes zero; stand-ins do not count."""
+    """Return the limit (rad or m) nearest to zero of each joint whose range excludes zero; ignore stand-in limits."""
     measured = [joint for joint in robot.joints if joint.limit and not {"lower", "upper"} & set(joint.limit.stand_ins)]
     ranges = {joint.name: range_of(joint) or (0.0, 0.0) for joint in measured}
     return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}

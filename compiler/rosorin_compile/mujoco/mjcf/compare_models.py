@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-# Each kind of object with the prefix of its arrays in mjModel. Kinds that others refer to come first.
+# Each kind of object with the prefix of its arrays in mjModel. Kinds come after the kinds that they refer to.
 _KINDS = "body joint mesh hfield geom site camera pair flex tendon equality actuator sensor numeric text tuple key"
 KINDS = {kind: kind for kind in _KINDS.split()} | {"joint": "jnt", "camera": "cam", "equality": "eq"}
 _KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
-# Arrays with a slice for each object: the length of the array, the kind of object, and the start and size fields.
+# Arrays with a slice per object: array length, kind of object, field with the start, field with the size of the slice.
 _PIECE_TABLE = """nq joint jnt_qposadr
 nv joint jnt_dofadr
 nmocap body body_mocapid
@@ -33,7 +33,7 @@ na actuator actuator_actadr actuator_actnum
 nwrap tendon tendon_adr tendon_num"""
 _PIECES = {extent: piece for extent, *piece in map(str.split, _PIECE_TABLE.splitlines())}
 _COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # slice sizes of free (0) and ball (1) joints
-# Fields with the id of another object: its kind, or the field and the enumeration that determine the kind.
+# FIELD:KIND if a field has the id of an object, or FIELD:TYPE_FIELD:ENUMERATION if another field has the kind.
 _REFERENCE_TABLE = """cam_targetbodyid:body pair_geom1:geom pair_geom2:geom site_dataid:mesh
 eq_obj1id:eq_type:mjtEq eq_obj2id:eq_type:mjtEq actuator_trnid:actuator_trntype:mjtTrn
 sensor_objid:sensor_objtype:mjtObj sensor_refid:sensor_reftype:mjtObj tuple_objid:tuple_objtype:mjtObj
@@ -55,7 +55,7 @@ DERIVED = re.compile(
     r"|.*_rownnz|.*(?<!ctrl|.out|.act)num|.*adr"
 )
 APPEARANCE = re.compile(r"(mat|tex|light|skin)_.*|.*_(rgba|matid|group|texcoord)|tendon_width")
-_BY_METHODS = re.compile(  # fields that methods of ``Comparison`` compare
+_BY_METHODS = re.compile(  # fields that ``Comparison`` compares in separate methods
     r"body_(parentid|pos|quat|mass|ipos|iquat|inertia|mocapid)|jnt_(bodyid|pos|axis)|(geom|site|cam)_bodyid"
     r"|(geom|site|cam|mesh)_(pos|quat)|geom_dataid|key_(q|c|a|m).*"
 )
@@ -67,11 +67,11 @@ _MESH, _SDF = 7, 8  # mjtGeom
 _SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # number of sizes that MuJoCo uses, by mjtGeom
 _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
-_NO_MASS = 1e-12  # kg: written for massless bodies, because MuJoCo requires a mass
-_NUMBER, _RELATIVE = 1e-12, 1e-9  # tolerances: MuJoCo converts degrees, quaternions and axes
+_NO_MASS = 1e-12  # kg: the export gives it to massless bodies, because MuJoCo requires a mass
+_NUMBER, _RELATIVE = 1e-12, 1e-9  # tolerances, because MuJoCo converts angles, quaternions and axes
 _POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
 _VERTEX = 1e-5  # tolerance relative to the size of a mesh
-_SHOWN = 20  # numbers in a message
+_SHOWN = 20  # maximum number of values in a message
 
 STATES = 20
 TOLERANCE = 1e-6  # m, per element of a rotation matrix, and relative to the largest acceleration
@@ -105,7 +105,7 @@ class Model:
         return data[self.piece(extent, index)] if extent in _PIECES else data[index]
 
     def piece(self, extent: str, index: int) -> slice:
-        """Return the slice of an object in the arrays of an extent in ``_PIECES``."""
+        """Return the slice of an object in arrays of length ``extent``, which must be in ``_PIECES``."""
         _, address, *sizes = _PIECES[extent]
         start = int(np.ravel(getattr(self.mj, address))[index])
         count = int(np.prod([np.ravel(getattr(self.mj, size))[index] for size in sizes]))
@@ -113,7 +113,7 @@ class Model:
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
     def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
-        """Return the kinds and ids of the objects that a field refers to; the kind is "" for a plain number."""
+        """Return the (kind, id) of each object that a field refers to, or ("", value) for a plain number."""
         numbers: list[float] = np.atleast_1d(self.value(field, extent, index)).tolist()
         by, *enumerations = _REFERENCES[field]
         if not enumerations:
@@ -122,9 +122,9 @@ class Model:
         for number in np.resize(self.value(by, extent, index), len(numbers)).tolist():
             word = getattr(self.mujoco, enumerations[0])(number).name.rpartition("_")[2].lower()
             kinds.append(_KIND_OF_TYPE.get(word, word if word in KINDS else ""))
-        if by == "eq_type" and not kinds[0]:  # connects two bodies or two sites
+        if by == "eq_type" and not kinds[0]:  # eq_objtype has the kind of both objects
             kinds = [self.mujoco.mjtObj(int(self.mj.eq_objtype[index])).name.rpartition("_")[2].lower()]
-        if field == "wrap_prm":  # for a wrapping geom, the id of its side site
+        if field == "wrap_prm":  # a wrapping geom stores the id of its side site here
             kinds = ["site" if kind == "geom" else "" for kind in kinds]
         return list(zip(kinds, numbers, strict=True))
 
@@ -165,7 +165,7 @@ class Comparison:
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
         self.source, self.ours = Model(mujoco, source), Model(mujoco, ours)
-        self.maps: dict[str, dict[int, int]] = {}  # ids in our model by kind and id in the source
+        self.maps: dict[str, dict[int, int]] = {}  # object ids in our model, by kind and id in the source
         self.differences: list[Difference] = []
         self.place(None)
         for kind in KINDS:
@@ -217,7 +217,7 @@ class Comparison:
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
-        """Set both models to the initial configuration, or with a random generator to the same random one."""
+        """Set both models to the initial configuration, or to the same random one if ``chance`` is a generator."""
         source, first, second = self.source, self.source.data, self.ours.data
         first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
         for one, other in self.maps["joint"].items() if chance else ():
@@ -261,7 +261,7 @@ class Comparison:
                 self.maps["mesh" if is_mesh else "hfield"][data[0]] = data[1]
 
     def _signature(self, model: Model, kind: str, index: int) -> Any:
-        """Return the type and references of an object, with ids of our model, which are equal for matching objects."""
+        """Return the type and references (as ids in our model) of an object; matching objects have equal signatures."""
         prefix, values, named = KINDS[kind], list[Any](), list[tuple[str, float]]()
         named += [("body", model.body_of(kind, index))] if kind in _FRAMES else []
         for field, extent in arrays() if kind != "body" else ():
@@ -318,7 +318,7 @@ class Comparison:
             has_effect = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
         elif _OF_CONTACTS.fullmatch(array):
             has_effect = source.collides(one)  # contact pairs have separate values
-        elif array in ("site_type", "site_size"):  # our model has a site for each body, which is only a frame
+        elif array in ("site_type", "site_size"):  # added sites: type and size have no effect
             has_effect = ours.names["site"][other] not in ours.names["body"]
         else:  # MuJoCo computes length ranges by simulation, so they need a larger tolerance
             has_effect = array != "actuator_lengthrange" or not np.allclose(theirs, own, _SIMULATED, _SIMULATED)
@@ -331,7 +331,7 @@ class Comparison:
             self.values(kind, one, field, theirs, own)
 
     def _frames(self) -> None:
-        """Compare frames in the initial and a random configuration; frames below a reported body are skipped."""
+        """Compare frames in the initial and a random configuration; skip frames below a reported body."""
         moved, reported = set[int](), {("body", 0)}
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)
@@ -345,7 +345,7 @@ class Comparison:
                     moved |= {body} if kind in ("body", "joint") else set()
 
     def _same_frame(self, kind: str, one: int, other: int) -> bool:
-        """Return True if two objects have the same pose in the world, else report the difference. Meshes: vertices."""
+        """Return True if two objects have the same pose in the world (meshes: vertices), else report the difference."""
         source, ours, before = self.source, self.ours, len(self.differences)
         (x, a), (y, b) = source.frame(kind, one), ours.frame(kind, other)
         if kind == "geom" and source.mesh_of(one) >= 0 and ours.mesh_of(other) >= 0:
@@ -358,7 +358,7 @@ class Comparison:
             return len(self.differences) == before
         if kind == "joint":
             if (joint := int(source.mj.jnt_type[one])) != int(ours.mj.jnt_type[other]):
-                return False  # the type is reported as a field
+                return False  # ``_field`` reports the type
             if joint not in (_FREE, _BALL) and not near(a, b):
                 self.report(kind, one, "axis", f"axis {in_words(a, b)}")
             a, y = b, x if joint in (_FREE, _SLIDE) else y
@@ -480,7 +480,7 @@ def near(one: Any, other: Any) -> bool:
 
 
 def in_words(one: Any, other: Any) -> str:
-    """Return two values as text for a message, or the sizes of long arrays."""
+    """Format two values for a message, or the sizes of long arrays."""
     a, b = np.ravel(one), np.ravel(other)
     if max(a.size, b.size) > _SHOWN:
         return f"differs: {a.size} numbers in the source, {b.size} in ours"

@@ -8,7 +8,7 @@ move. That is too much: a camera fixed to the wrist can collide with the gripper
 - of all other links, the shapes that the joint can bring into contact are written as pairs, without friction.
 
 Links that cannot collide because of their contact bits (``Masks``) need neither. Pairs and excludes do not depend on
-the base, because a robot can be attached to another one. Distances of convex shapes are computed with GJK (E. Gilbert,
+the base, because a robot can be attached to another. Distances of convex shapes are computed with GJK (E. Gilbert,
 D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional
 space", 1988).
 
@@ -38,11 +38,11 @@ from .bodies import COLLISION, HFIELD, Masks, body_name, half_sizes, has_volume,
 from .unsupported import is_written, position_range
 
 NEAR = 1e-6  # m: tolerance, because rounding can separate faces that coincide
-_STEPS = 100  # GJK iterations; more are only needed for curved surfaces that almost touch
-_DONE = 1e-10  # relative improvement of the distance at which GJK ends
-# Limit of contact pairs for two links, because MuJoCo tests each pair in every step.
+_STEPS = 100  # maximum GJK iterations; only curved surfaces that almost touch need more
+_DONE = 1e-10  # GJK ends when the distance improves by less, relative to the distance
+# Maximum number of shape pairs for two links, because MuJoCo tests each pair in every step.
 MOST = 300
-STEPS = 24  # steps over the range of a joint to test if two links always touch
+STEPS = 24  # number of steps over a joint range, to test if two links always touch
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
@@ -67,7 +67,7 @@ class Solid:
         return [solid for solid in map(solid_of, self.shape.solids(MERGED)) if solid is not None]
 
     def support(self, place: Transform, direction: Vector) -> Vector:
-        """Return the support point in a direction, without the margin; ``place`` is the pose of the shape."""
+        """Return the farthest point of a shape with the pose ``place`` in a direction, without the margin."""
         (a, b, c), (d, e, f), (g, h, i) = place.rows
         x, y, z = direction
         u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
@@ -146,7 +146,7 @@ def _foot(face: Sequence[Vector]) -> Vector | None:
     if square == 0:
         return None
     shares = [1 + dot(a, along) / square, -dot(a, along) / square]
-    if len(face) == 3:  # barycentric coordinates
+    if len(face) == 3:  # a triangle: test the barycentric coordinates
         shares = [dot(cross(p, q), normal) / square for p, q in ((b, face[2]), (face[2], a), (a, b))]
     if min(shares) <= 0:
         return None
@@ -170,15 +170,15 @@ class Contacts(NamedTuple):
 
     excluded: list[tuple[str, str]]
     pairs: list[Meeting]
-    left: list[tuple[str, str]]  # links that need more than ``MOST`` pairs, so that MuJoCo's filter applies
+    left: list[tuple[str, str]]  # links whose contacts are not written, because they need more than ``MOST`` pairs
 
 
 @of_robot
 def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
-    """Return the excludes and pairs of a robot; ``form`` is the form of height maps (see ``form_of``).
+    """Return the excludes and pairs of a robot; ``form`` is how to write height maps (see ``form_of``).
 
-    With ``implied``, the links of each joint come first. The ``disabled_contacts`` of the robot are always included.
-    Names are those of the bodies in the MJCF.
+    ``implied`` adds those that follow from joints, before the ``disabled_contacts`` of the robot.
+    The names are those of the bodies in the MJCF.
     """
     groups, masks = weld_groups(robot), Masks(robot, implied)
     top_of = {name: top for top, names in groups.items() for name in names}
@@ -236,7 +236,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
-    """Return two coordinates (m) of the centre of a shape that the motion of a joint does not change."""
+    """Return the two coordinates (m) of the centre of a shape that stay constant when a joint moves."""
     point = place.apply(geom.solid.middle)
     along = dot(unit(joint.axis), point)
     if joint.type == "prismatic":
@@ -267,7 +267,7 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
-    """Yield each pair of shape kinds that can touch but that MJX does not support, with a link and shape for both."""
+    """Yield ((kind, kind), (link, shape index), (link, shape index)) for shapes that can touch, but not in MJX."""
     implied, form = output.options.get("contacts", "implied") == "implied", bodies.form_of(output)
     masks, touching = Masks(robot, implied), contacts(robot, form, implied)
     # Index of the first shape of each kind and mask in each link.
@@ -311,7 +311,7 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield diagnostics for actuators, and a note for kinds of shapes whose contacts MJX does not support."""
     yield from servos.check(case, output)
-    if not case.robot.is_tree:  # other rules report this
+    if not case.robot.is_tree:  # other rules report kinematic loops and several roots
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):
         message = f"MJX does not load the MJCF: it has no collisions between a {kinds[0]} and a {kinds[1]}, but"

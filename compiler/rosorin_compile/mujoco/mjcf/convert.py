@@ -1,7 +1,7 @@
 """Convert values of MuJoCo to entries of a description, with source positions and without rounding errors.
 
-The schema determines the type of each key that an attribute becomes (``put_words``). An element has the form that
-``engine`` returns: a tag, attributes as strings, and child elements. ``text_of`` prints it as XML.
+``put_words`` converts attributes to the types in the schema of the description. Elements are as returned by
+``engine``: a tag, attributes as strings, and child elements. ``text_of`` formats an element as XML.
 """
 
 import math
@@ -19,11 +19,11 @@ from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
-Words = Mapping[str, str] | None  # keys of the description by attributes with a different name
+Words = Mapping[str, str] | None  # description key by MJCF attribute, where the names differ
 Node = Mapping[str, Any]
 
 DEGREE = math.pi / 180
-ROUNDING = 1e-15  # error of sums and products of numbers near 1
+ROUNDING = 1e-15  # typical rounding error of numbers near 1
 ANGLE_ROUNDING = 1e-12  # rad
 NO_POSE = Transform()
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -35,7 +35,7 @@ def legal(name: str) -> str:
 
 
 def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
-    """Set a key of an entry; its source position is ``span``, or by default that of the value or the entry."""
+    """Set a key of an entry, with the source position ``span``, by default the position of the value or the entry."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
 
@@ -47,7 +47,7 @@ def put_some(entry: Map, key: str, value: Any) -> None:
 
 
 def mapping(values: Mapping[str, Any], element: Element) -> Map:
-    """Return an entry with the values that are not empty (zero is kept) and the source position of an element."""
+    """Return an entry with the nonempty values (zero is not empty) and the source position of an element."""
     entry = Map(element.span)
     for key, value in values.items():
         if value or value == 0:
@@ -56,7 +56,7 @@ def mapping(values: Mapping[str, Any], element: Element) -> Map:
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
-    """Set a number; its source position is word ``at`` of the attribute if that word has the same value."""
+    """Set a number; its source position is item ``at`` in the attribute if that item has the same value."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
     entry.put(key, plain(value), element.span, word[0].span if word and _equals(word[0].text, value) else element.span)
@@ -72,7 +72,7 @@ def put_pose(entry: Map, place: Transform, element: Element) -> None:
 
 
 def put_source(entry: Map, status: str, note: str) -> None:
-    """Set the source of the values of an entry."""
+    """Set the key "source" of an entry, which documents where the values come from."""
     source = Map(entry.span)
     put(source, "status", status)
     put(source, "note", note)
@@ -87,7 +87,7 @@ def put_inner(entry: Map, key: str, value: Any) -> None:
 
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
-    """Return a list of numbers, with their source positions in the attribute if it has the same values."""
+    """Return a list of numbers, with their source positions in the attribute if the attribute has the same values."""
     own = element.attributes.get(attribute)
     words = own.words() if own else []
     exact = len(words) == len(values) and all(map(_equals, (word.text for word in words), values))
@@ -111,9 +111,9 @@ def plain(value: float) -> float | int:
 
 
 def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, words: Words = None) -> dict[str, str]:
-    """Set the keys of an entry from attributes, in the order of the attributes; return those that no key can express.
+    """Set the keys of an entry from attributes, in the same order; return the attributes that no key can express.
 
-    Attributes that only MuJoCo has become keys in the ``mjcf`` section of the entry.
+    Attributes that are specific to MuJoCo become keys in the ``mjcf`` section of the entry.
     """
     forms, called = schema()["$defs"][kind]["properties"], words or {}
     more = resolve(forms.get("mjcf", {})).get("properties", {})
@@ -135,7 +135,7 @@ def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, w
 
 
 def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: str) -> Any:
-    """Convert an attribute to a type of the schema, or return None if the type does not allow the value."""
+    """Convert an attribute to the type in the JSON schema ``form``, or return None if the value is invalid."""
     if form.get("$ref") == "#/$defs/name":
         return text
     if form.get("$ref") == "#/$defs/rgba":
@@ -162,7 +162,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def number_or_text(text: str) -> float | int | str:
-    """Convert a string to a number, or return it unchanged if it is not one."""
+    """Convert a string to a number, or return the string if it is not numeric."""
     try:
         return plain(float(text))
     except (ValueError, OverflowError):
@@ -174,7 +174,7 @@ def _equals(text: str, value: float) -> bool:
 
 
 def _place(element: Element, attribute: str, text: str) -> Span:
-    """Return the source position of an attribute if it has the value ``text`` there, else of the element."""
+    """Return the source position of an attribute if its value in the file is ``text``, else of the element."""
     own: Attribute | None = element.attributes.get(attribute)
     if own is None:
         return element.span
@@ -184,13 +184,13 @@ def _place(element: Element, attribute: str, text: str) -> Span:
 
 
 def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> list[float]:
-    """Return the numbers of an attribute; missing numbers are those of ``usual``."""
+    """Return the numbers of an attribute; take missing numbers from ``usual``."""
     found = [float(word) for word in attributes.get(name, "").split()]
     return [*found, *usual[len(found) :]]
 
 
 def text_of(node: Node, indent: str = "") -> str:
-    """Print an element as XML."""
+    """Format an element as XML."""
     pairs = node["attributes"].items()
     attributes = "".join(f" {name}={attribute_value(legal(text) if name == 'name' else text)}" for name, text in pairs)
     if not node["inner"]:
@@ -200,7 +200,7 @@ def text_of(node: Node, indent: str = "") -> str:
 
 
 def tidy(value: float, zero: float = ROUNDING) -> float:
-    """Remove the rounding error of a number: return the nearest short decimal, or 0 for a magnitude below ``zero``.
+    """Round a number to the nearest short decimal, or to 0 if its magnitude is below ``zero``.
 
     >>> tidy(0.30000000000000004), tidy(0.1234567890123456), tidy(1e-17), tidy(-0.0)
     (0.3, 0.1234567890123456, 0.0, 0.0)

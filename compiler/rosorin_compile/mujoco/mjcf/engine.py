@@ -1,6 +1,6 @@
-"""The program of the child process, which loads a file with MuJoCo and writes the result as JSON.
+"""The program that runs in a child process, loads a file with MuJoCo, and writes the result as JSON.
 
-MuJoCo's writer expands includes, replicas and attached models and prints angles in radians, but an element has only the
+MuJoCo's writer expands includes, replicas and attached models and writes angles in radians, but an element has only the
 attributes that differ from its default class. ``apply_classes`` adds the attributes of the class.
 """
 
@@ -17,10 +17,10 @@ from xml.etree import ElementTree
 
 from rosorin_compile.source import files
 
-_WRITTEN_FOR = 4  # major version of MuJoCo that the generated MJCF requires
+_WRITTEN_FOR = 4  # major version of MuJoCo that a generated MJCF requires
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
-# What to return for each kind of object: its mjtObj, the prefix of its arrays in mjModel, and the arrays.
+# For each kind of object: mjtObj, the prefix of its arrays in mjModel, and the arrays to return.
 _TABLES = {
     "bodies": ("BODY", "body", "parentid pos quat mass ipos iquat inertia"),
     "joints": ("JOINT", "jnt", "bodyid type pos axis limited range qposadr dofadr actfrclimited actfrcrange"),
@@ -34,14 +34,14 @@ _TABLES = {
     "actuators": ("ACTUATOR", "actuator", "trnid gaintype biastype gainprm gear forcelimited forcerange ctrladr"),
     "keys": ("KEY", "key", "qpos ctrl"),
 }
-# Objects inside bodies: their lists in MjSpec, and the tags of their elements.
+# Objects inside bodies: the name of their list in MjSpec, and their tags in XML.
 HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
 HELD["lights"] = ("light",)
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are copied unchanged
 _NO_NAME = "rosorin-compile without name "  # prefix of temporary names for objects without a name
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(inf|nan)", re.IGNORECASE)
-# Attributes of variable length, which replace the list of a class; other lists replace only its first numbers.
+# Attributes whose list replaces the list of the default class. Any other list only replaces its first numbers.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 
 
@@ -67,7 +67,7 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
             spec = _spec(mujoco, path, here)
             _resolve_files(spec)
             unnamed = (thing for kind in (*HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
-            for number, thing in enumerate(one for one in unnamed if not one.name):  # elements are found by name
+            for number, thing in enumerate(one for one in unnamed if not one.name):  # to find elements by name
                 thing.name = f"{_NO_NAME}{number}"
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # MuJoCo raises several types of errors
@@ -89,7 +89,7 @@ def quiet() -> Iterator[Any]:
 
 
 def load(text: str, folder: str) -> tuple[str, bool]:
-    """Load an MJCF and return MuJoCo's error, or "", and True if the installed MuJoCo is too old for the file."""
+    """Load an MJCF; return (error message or "", whether the installed MuJoCo is too old for the file)."""
     with quiet() as mujoco:
         try:
             spec = mujoco.MjSpec.from_string(text)
@@ -102,7 +102,7 @@ def load(text: str, folder: str) -> tuple[str, bool]:
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
-    """Return the message of an error of MuJoCo, and True if the installed MuJoCo is older than the generated MJCF."""
+    """Return (message of a MuJoCo error, whether the installed MuJoCo is too old for a generated MJCF)."""
     why, version, is_unknown = str(problem), mujoco.__version__, "unrecognized" in str(problem)
     is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
     if not is_new and (is_unknown or isinstance(problem, AttributeError)):
@@ -112,7 +112,7 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Compare the source at ``path`` with the generated ``text``: all fields, and motion if none of them affects it."""
+    """Compare the source at ``path`` with the generated ``text``: fields, and motion if no difference affects it."""
     from .compare_models import STATES, TOLERANCE, Comparison
 
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}
@@ -178,23 +178,23 @@ def _limit(cpu_seconds: int) -> None:
     except ImportError:
         return
     for kind, most in ((resource.RLIMIT_CPU, cpu_seconds), (resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CORE, 0)):
-        _, allowed = resource.getrlimit(kind)  # the hard limit cannot be raised
+        _, allowed = resource.getrlimit(kind)  # the hard limit, which cannot be raised
         least = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
         grace = kind == resource.RLIMIT_CPU and least != allowed  # 1 s between the soft and the hard limit
         resource.setrlimit(kind, (least, least + grace))
 
 
 def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
-    """Return the compiled model as JSON values by MuJoCo's names, and what only the file has, such as elements."""
+    """Return the compiled model as JSON by MuJoCo's field names, with contents of the file such as elements."""
     has_digits = hasattr(spec.compiler, "savecompiled")
     if has_digits:  # MuJoCo 3.12 and older lack this option and write only six digits
         spec.compiler.savecompiled = False
-    elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - MuJoCo's own text
+    elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - written by MuJoCo
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
     made["rounded_by"] = "" if has_digits else mujoco.__version__
     for word, (kind, prefix, fields) in _TABLES.items():
         columns = {field: getattr(model, f"{prefix}_{field}").tolist() for field in fields.split()}
-        if word == "actuators":  # use the range of the first control of each actuator
+        if word == "actuators":  # an actuator can have several controls: use the range of the first
             for field in ("ctrllimited", "ctrlrange"):
                 values = getattr(model, f"actuator_{field}").tolist()
                 columns[field] = [values[at] for at in columns["ctrladr"]]
@@ -215,7 +215,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
             if word == "geoms":
                 entry["class"] = thing.classname.name if thing.classname else ""
             elif word == "bodies" and thing.explicitinertial:
-                full = thing.fullinertia.tolist()  # nan if the element has none
+                full = thing.fullinertia.tolist()  # nan if the element has no fullinertia
                 entry["written"] = {"pos": thing.ipos.tolist(), "full": full if full[0] == full[0] else None}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
@@ -232,9 +232,9 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
 
 
 def apply_classes(root: Any, complete_lists: bool = True) -> None:
-    """Add the attributes of its default class to each element of an MJCF, an ``ElementTree.Element``.
+    """Add the attributes of default classes to the elements of an MJCF; ``root`` is an ``ElementTree.Element``.
 
-    As in MuJoCo, missing numbers at the end of a list are those of the class, unless ``complete_lists`` is false.
+    As in MuJoCo, missing numbers at the end of a list are taken from the class, unless ``complete_lists`` is false.
     """
     join = _merged if complete_lists else lambda usual, own: {**usual, **own}
     classes: dict[str, dict[str, Mapping[str, str]]] = {}

@@ -1,4 +1,4 @@
-"""The state of importing an MJCF: the compiled model, its XML with all includes, the names, and the description so far.
+"""The state of importing an MJCF: the compiled model, the XML with all includes, assigned names, and the description.
 
 ``check_source`` finds input that must not be passed to MuJoCo, ``refusal`` reports MuJoCo's errors.
 """
@@ -25,16 +25,16 @@ from .engine import HELD
 from .process import Answer
 
 FREE, BALL, SLIDE, HINGE = range(4)
-MAX_DEPTH = 20  # of nested includes
+MAX_DEPTH = 20  # maximum depth of nested includes
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
 _FILE_HELP = "put the file where the MJCF looks for it: MuJoCo wants to see every mesh and texture"
 _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", "mesh", "texture", "group")
 
 
 class Markup:
-    """The main file and all included files as one document; ``files`` are in the order of reading.
+    """The main file and all included files as one document; ``files`` are in reading order.
 
-    As in MuJoCo 4.0.0, an include is resolved in the folder of the main file, else in that of the including file. An
+    As in MuJoCo 4.0.0, an include is resolved in the folder of the main file, else of the including file. An
     attached model counts as a main file. ``models`` are the folders of the main file and of attached models.
     """
 
@@ -67,7 +67,7 @@ class Markup:
         return document.root
 
     def _follow(self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...]) -> None:
-        """Read the files included by a file in ``folder``; ``known`` are all of the model, ``above`` the including."""
+        """Read the files that ``root`` includes; ``known``: files of the model, ``above``: files that include it."""
         for element in root.iter():
             file = element.attributes.get("file")
             if file is None or not file.value or element.tag not in ("include", "model"):
@@ -171,7 +171,7 @@ class Places:
 
 
 def check_source(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield an error for input that must not be passed to MuJoCo: numbers that are not finite, pipes and devices."""
+    """Yield an error for input that MuJoCo must not load: infinite or NaN numbers, pipes and devices."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
@@ -234,16 +234,16 @@ class ImportState:
         self.link_of, self.joint_of, self.ball_of = dict[int, str](), dict[int, str](), dict[int, str]()
         self.material_of, self.actuator_of, self.servos = dict[int, str](), dict[int, str](), dict[int, int]()
         self.in_order = True  # whether the export would write the actuators in the same order
-        self.sensor_order: list[str] = []  # sensor names, if the export would write another order
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by limit: joint, value, source position
+        self.sensor_order: list[str] = []  # sensor names in order, if the export would reorder them
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # (joint, value, source position) by limit
         self.scene: list[tuple[str, Span]] = []  # objects of the world, which are not parts of the robot
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
-        self.of_scene: set[tuple[str, str]] = set()  # kind and name of kept scene objects and assets
+        self.of_scene: set[tuple[str, str]] = set()  # (kind, name) of scene objects and assets that are kept as XML
         self.taken: dict[str, set[str]] = {"link": set()}  # names, by kind
         self.renamed: dict[str, dict[str, str]] = {}
         self.given: dict[str, dict[int, str]] = {}
-        # Elements that are kept as XML, with their tag, source position, and link or "".
+        # Elements that are kept as XML: element, description for messages, source position, and link or "".
         self.elements: list[tuple[Node, str, Span, str]] = []
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
@@ -262,7 +262,7 @@ class ImportState:
         return given
 
     def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
-        """Return a unique name for an object, based on ``name`` or, without a name in the file, on ``made_up``."""
+        """Return a unique name for an object, based on its ``name`` in the file, or on ``made_up`` if that is empty."""
         given = self.unique(kind, name or made_up)
         if index >= 0:
             self.given.setdefault(kind, {})[index] = given
@@ -284,7 +284,7 @@ class ImportState:
         self.keep({"tag": section, "attributes": {}, "inner": [node]}, tag, span)
 
     def elements_of(self, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
-        """Return the XML element of each node of a section; elements of attached models are found by name."""
+        """Return the source XML element of each item in ``nodes``; elements of attached models are found by name."""
         found = self.markup.section_elements(section, tag)
         if len(found) == len(nodes):
             return found
@@ -294,7 +294,7 @@ class ImportState:
     def put_words(
         self, entry: Map, attributes: Attributes, kind: str, element: Element, what: str, words: Words = None
     ) -> None:
-        """Set the keys of an entry from attributes; report attributes of ``what`` that no key can express as lost."""
+        """Set the keys of an entry from attributes; report attributes that no key can express as lost from ``what``."""
         for name in convert.put_words(entry, attributes, kind, element, words):
             self.lost(f'"{name}" of {what}', element.span)
 

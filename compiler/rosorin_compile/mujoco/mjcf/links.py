@@ -31,14 +31,14 @@ from . import convert
 from .import_state import BALL, FREE, HINGE, SLIDE, ImportState
 from .unsupported import LEAST, LEAST_EIGENVALUE
 
-NO_MASS = 1e-12  # kg: a smaller mass counts as none; MuJoCo rejects moving bodies without mass
-_EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # stand-ins: N*m or N, rad/s or m/s, m
-_SAME = 1e-9  # relative error of an inertia after MuJoCo has diagonalized it
-_UNFELT = 1e6  # ratio to the inertia of a massless link, above which the latter has no effect
+NO_MASS = 1e-12  # kg: a smaller mass is imported as zero, because files use it to make MuJoCo accept massless bodies
+_EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # values for missing limits: N*m or N, rad/s or m/s, m
+_SAME = 1e-9  # relative error of an inertia that MuJoCo has diagonalized
+_UNFELT = 1e6  # a massless link with an inertia smaller by this factor has no effect
 _POSED = ("name", "pos", "quat")
-# Sections of a link for sites, cameras and lights, with the tag of the element and the schema of the entry.
+# Sections of a link for sites, cameras and lights, with the MJCF tag and the schema of the entry.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
-# Joint attributes that are taken from the compiled model or implied by the type, and those for ``dynamics``.
+# Joint attributes that are not copied from the XML, because they come from the compiled model or the joint type.
 _READ = {"name", "type", "pos", "axis", "range", "limited", "ref", "springref"}
 _READ |= {"actuatorfrcrange", "actuatorfrclimited"}
 _OF_LIMITS = ("solreflimit", "solimplimit", "margin")
@@ -122,7 +122,7 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 
 
 def add_marks(state: ImportState) -> None:
-    """Add the sites, cameras and lights of every link; those of the world belong to the scene, unless it is a link.
+    """Add the sites, cameras and lights of every link; those of the world are scene objects unless the world is a link.
 
     Elements that a description cannot express are kept as XML.
     """
@@ -228,7 +228,7 @@ def _add_chain(
             state.add(state.links, child, span)
         origin = place.then(convert.transform([a - b for a, b in zip(anchor, at, strict=True)]))
         ref = convert.tidy_position(state.facts["qpos0"][joint["qposadr"]], kind == SLIDE) if kind != BALL else 0.0
-        if ref:  # move the origin to where the joint is at zero
+        if ref:  # move the origin to the pose at joint position zero
             back = convert.transform([-ref * part for part in axis]) if kind == SLIDE else None
             origin = origin.then(back or Transform(rotation_about(axis, -ref)))
         types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
@@ -244,7 +244,7 @@ def _add_chain(
 
 
 def _put_details(state: ImportState, which: int, entry: Map, element: Element, ref: float, drive: Drive) -> None:
-    """Set limit, dynamics and actuator of a joint; ``ref`` is its initial position (rad or m)."""
+    """Set the limit, dynamics and actuator of a joint with the initial position ``ref`` (rad or m)."""
     joint = state.facts["joints"][which]
     name, attributes, kind = (state.ball_of | state.joint_of)[which], joint["element"]["attributes"], joint["type"]
     limit, missing, slides = Map(element.span), list[str](), kind == SLIDE
@@ -282,7 +282,7 @@ def _put_details(state: ImportState, which: int, entry: Map, element: Element, r
     if drive.entry is not None:
         convert.put(entry, "actuator", drive.entry)
     low, high = joint["actfrcrange"]
-    # An asymmetric force range, or one that equals that of the actuator, is not an effort limit.
+    # An effort limit cannot express an asymmetric force range, or one that repeats the range of the actuator.
     is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
     if joint["actfrclimited"] and (low != -high or is_repeated):
         rest["actuatorfrcrange"] = f"{low!r} {high!r}"
@@ -302,15 +302,15 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 _TARGETS = tuple(TARGETS.values())
-_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # default: site
+_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # any other target: site
 _ACTUATOR_WORDS = {word: key for key, word in TARGETS.items()} | {"forcerange": "force"}
-# Attributes that determine the type of an actuator, and attributes that are taken from the compiled model.
+# Attributes that determine the type of an actuator, and attributes read from the compiled model instead of the XML.
 _OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")
 _ACTUATOR_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TARGETS)
 
 
 class Drive(NamedTuple):
-    """The actuator of a joint: largest torque (N*m) or force (N), entry, and velocity limit (rad/s or m/s)."""
+    """The actuator of a joint: maximum effort (N*m or N), description entry, and velocity limit (rad/s or m/s)."""
 
     effort: float | None = None
     entry: Map | None = None
@@ -318,7 +318,7 @@ class Drive(NamedTuple):
 
 
 def _drives_of(state: ImportState) -> dict[int, Drive]:
-    """Return the actuator of each hinge and slide by the index of the joint, and add all others to the description."""
+    """Return the first actuator of each hinge or slide by joint index, and add all others to the description."""
     nodes, drives = state.facts["elements"]["actuators"], dict[int, Drive]()
     others, in_joints, kept = Map(state.markup.root.span), list[int](), list[Element]()
     elements = state.elements_of("actuator", nodes)
@@ -406,7 +406,7 @@ def _fill(
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
-    """Return the type of an actuator according to its attributes, its gains, and the remaining attributes."""
+    """Return (type of an actuator according to the attributes, gains, remaining attributes)."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off

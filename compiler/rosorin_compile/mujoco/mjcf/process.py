@@ -24,8 +24,8 @@ from rosorin_compile.source.system import is_installed, pip_install
 
 from . import FILE
 
-SECONDS = 60  # limit of the CPU time, which the child process enforces
-_PATIENCE = 5  # limit of the wall-clock time as a multiple, because the process may wait for files
+SECONDS = 60  # CPU time limit, which the child process enforces
+_PATIENCE = 5  # wall-clock limit as a multiple of the CPU limit, because the process may wait for files
 
 _TOP = str(files.resolve(__file__).parents[3])  # the folder that contains the package
 # Use -c, because -m would import modules from the working directory, which may be untrusted.
@@ -37,7 +37,7 @@ _START = (
 
 
 _GONE = r".*: is not in ours$"
-# Parts of import messages, and a pattern for the differences ("kind field: text") that each explains.
+# Patterns for the differences ("KIND FIELD: TEXT") that an import message explains, by a phrase in that message.
 LISTED = {
     "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
     r"|contact : body world and .* may touch only in the source$",
@@ -59,7 +59,7 @@ _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-sta
 
 
 class Answer(NamedTuple):
-    """The compiled model or an error. ``own``: not a message of MuJoCo; ``missing``: a package is not installed."""
+    """The compiled model or an error (``refusal``): ``own`` if not from MuJoCo, ``missing`` if a package is missing."""
 
     facts: dict[str, Any] | None
     warnings: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Answer(NamedTuple):
 
 
 def ask(path: Path, seconds: int = SECONDS) -> Answer:
-    """Load the MJCF at ``path`` with MuJoCo. An invalid file is returned as a refusal and never raises."""
+    """Load the MJCF at ``path`` with MuJoCo. For an invalid file, return a refusal instead of raising."""
     system.needs("resource", system.NO_LIMITS)
     answer = _in_child("read", {"path": str(files.resolve(path))}, seconds)
     if isinstance(answer, Answer):
@@ -83,9 +83,9 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
 
 
 def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
-    """Load a generated MJCF with MuJoCo, and return the error, if any; ``folder`` is where its paths start.
+    """Load a generated MJCF with MuJoCo, and return the error, if any. Relative paths start in ``folder``.
 
-    If it refers to no file, it is loaded in this process, because only foreign files can crash MuJoCo.
+    An MJCF without meshes or textures is loaded in this process, because only foreign files can crash MuJoCo.
     """
     from xml.sax.saxutils import unescape
 
@@ -101,14 +101,14 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
     if isinstance(answer, Answer):
         return Refusal(answer.refusal)
     reason, outdated = " ".join(answer[0].split()).removeprefix("Error: "), answer[1]
-    named = re.search(r"Element name '([^']+)'", reason)  # add the file of a mesh to the message
+    named = re.search(r"Element name '([^']+)'", reason)  # MuJoCo only names the mesh, so add its file
     mesh = named and re.search(rf'<mesh\b[^<>]*\bname="{re.escape(named[1])}"[^<>]*\bfile="([^"]*)"', text)
     reason = f"{mesh[1]}: {reason}" if mesh and mesh[1] not in reason else reason
     return Refusal(reason.replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
 def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
-    """Compare the MJCF ``text`` generated from an import with its source; ``meshes`` are paths by name in ``text``."""
+    """Compare the MJCF ``text`` generated from an import to the source; ``meshes`` maps its files to paths."""
     request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
     answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):

@@ -27,7 +27,7 @@ Entries = Mapping[str, Mapping[str, Any]]  # attributes of elements, by name
 
 _FREE = 7
 TOP = "the world of MuJoCo"  # the parent of the root
-# Keys of the equality constraint of a mimic joint, in order.
+# Attributes of the equality constraint of a mimic joint, in the order of the export.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
 # Attributes of a sensor that name the object where it measures.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
@@ -72,7 +72,7 @@ def view(robot: model.Robot, output: model.Output) -> Mjcf:
 
 def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     place = (joint.parent, joint.child, joint.origin)
-    if not joint.moves:  # MJCF has no fixed joints, so their names are lost
+    if not joint.moves:  # MJCF has no fixed joints, so their names are not in the file
         axis = joint.axis if joint.type == "planar" else (1.0, 0.0, 0.0)
         split = joint.type == "planar" or (joint.type == "floating" and not is_free(robot, joint))
         name = base_name(joint, robot) if split else "" if joint.is_fixed else joint.name
@@ -82,20 +82,20 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     effort = joint.limit.known_value("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
-        effort = None  # an MJCF attribute or the actuators define it
+        effort = None  # defined by an MJCF attribute or an actuator instead
     limit, mimic = model.Limit(lower, upper, effort), joint.mimic
-    if mimic is not None and not robot.joint[mimic.joint].moves:  # the constraint holds a constant position
+    if mimic is not None and not robot.joint[mimic.joint].moves:  # a leader that never moves is written as a constant
         mimic = Mimic("", 0.0, mimic.offset)
     return model.Joint(joint.name, kind, *place, joint.axis, limit, mimic)
 
 
 class _Reader:
-    """The state of parsing a file. ``owners`` has the link of each named element where a sensor can measure."""
+    """The state of parsing a file. ``owners`` has the link of each element that a sensor can refer to, by name."""
 
     def __init__(self, root: Element, worldbody: Element) -> None:
         self.root = root
         self.links: list[model.Link] = []
-        self.joints: dict[str, model.Joint] = {}  # by child
+        self.joints: dict[str, model.Joint] = {}  # by child link
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         self.elements: dict[str, Element] = {}
         self.owners: dict[str, str] = {}
@@ -133,7 +133,7 @@ class _Reader:
                 if kind == "constraint" and element.tag == "joint" and named:
                     offset, factor = numbers_of(element.get("polycoef", "0 1 0 0 0"))[:2]
                     own, leads = (_reference(self.elements.get(element.get(end, ""))) for end in ("joint1", "joint2"))
-                    # Without a leader, the constraint holds a constant position.
+                    # A constraint without joint2 holds joint1 at a constant position.
                     mimic = Mimic(element.get("joint2", ""), factor, offset + own - factor * leads)
                     self._replace(_text(element, "joint1"), mimic=mimic)
                 elif kind == "actuator" and element.tag == "position" and "joint" in element.attrib:
@@ -161,7 +161,7 @@ class _Reader:
         return Mjcf(robot, **more)
 
     def _put(self, kind: str, name: str, path: str, element: Element) -> None:
-        """Add the attributes of an element, with numbers parsed, or its tag if it has no attributes."""
+        """Add the attributes of an element, with numbers converted, or only its tag if it has no attributes."""
         entry = self.sections.setdefault(kind, {}).setdefault(name, {})
         if not (attributes := {key: text for key, text in element.items() if key not in ("name", "class")}):
             entry[path] = element.tag
@@ -181,7 +181,7 @@ class _Reader:
         joints = [one for one in body.iterfind("joint") if one.get("type") != "free"]
         free = [*body.iterfind("freejoint"), *(one for one in body.iterfind("joint") if one.get("type") == "free")]
         place, ref = _transform(body), _reference(joints[0]) if len(joints) == 1 else 0.0
-        if ref:  # move the body to where its joint is at zero; only single joints have ``ref``
+        if ref:  # move the body to its pose at joint position zero; only single joints have ``ref``
             x, y, z = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
             slides = joints[0].get("type") == "slide"
             moved = model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
@@ -196,7 +196,7 @@ class _Reader:
             self.elements[called] = free[0]
             self.joints[name] = model.Joint(called, "floating", parent, name, pose_of(place))
         waiting = [part for part in body if part.tag not in ("body", "joint", "freejoint", "inertial", "geom")]
-        while waiting:  # sites of links and elements of sensors
+        while waiting:  # sites, sensors and other elements, also nested
             part = waiting.pop(0)
             if part.tag == "site" and part.get("name") == name:
                 self.sections.setdefault("link", {}).setdefault(name, {})["site"] = name
@@ -282,7 +282,7 @@ def _transform(element: Element) -> model.Transform:
 
 
 def _reference(joint: Element | None) -> float:
-    """Return the position (rad or m) of a joint for the body pose in the file (``ref``)."""
+    """Return the joint position (rad or m) that belongs to the body pose in the file (``ref``)."""
     return 0.0 if joint is None else number_of(joint.get("ref", "0"))
 
 

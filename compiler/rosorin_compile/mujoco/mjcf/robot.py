@@ -4,7 +4,7 @@ MuJoCo thus handles defaults, classes, includes, frames, replicas, units, euler 
 geoms. The XML is parsed as well, for source positions, comments, and elements that are not imported.
 
 This module has the sections other than links and joints: poses, sensors, constraints, contacts, and elements kept as
-XML. If an element refers to a site or geom of the world, and the world is not a link, that is kept too.
+XML. A site or geom of the world is kept as well if an element refers to it and the world is not a link.
 """
 
 import posixpath
@@ -29,19 +29,19 @@ from .import_state import BALL, FREE, HINGE, SLIDE, ImportState, Markup, Places,
 from .process import ask
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
-_SIZES = {FREE: 7, BALL: 4}  # positions of a joint
-_NEAR = 1e-12  # rad or m: rounding error
+_SIZES = {FREE: 7, BALL: 4}  # number of qpos values by joint type
+_NEAR = 1e-12  # rad or m: tolerance for rounding errors
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
 # Sensor types of the description by MuJoCo element, for sensors that other formats also support.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
 _EQ_JOINT = 2  # mjEQ_JOINT
-_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for the numbers that follow those of STIFF
+_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for the values after those in STIFF
 _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between them"
 
 
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
-    """Import the robot of an MJCF. Problems are returned as diagnostics and never raised."""
+    """Import the robot of an MJCF. Return problems as diagnostics instead of raising."""
     try:
         markup = Markup(path, options)
     except MarkupError as problem:
@@ -163,7 +163,7 @@ def _add_poses(state: ImportState) -> None:
             base = convert.mapping({"xyz": convert.numbers([convert.tidy(one) for one in qpos[:3]], element)}, element)
             convert.put_pose(base, convert.transform(qpos[:3], qpos[3:7]), element)
             convert.put(pose, "base", base)
-        for which, name in sorted(state.actuator_of.items()):  # by default, the control of a servo is the position
+        for which, name in sorted(state.actuator_of.items()):  # the default control of a servo is the position
             fact, held = state.facts["actuators"][which], state.servos.get(which)
             control = key["ctrl"][fact["ctrladr"]]
             usual = 0.0 if held is None else fact["gear"][0] * qpos[state.facts["joints"][held]["qposadr"]]
@@ -172,7 +172,7 @@ def _add_poses(state: ImportState) -> None:
                 convert.put_number(controls, name, convert.tidy(control), element)
         convert.put_some(pose, "controls", controls)
         more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
-        if _is_beyond(state, qpos, at):  # keep the complete qpos, in the order of the generated MJCF
+        if _is_beyond(state, qpos, at):  # keep the complete qpos, in the joint order of the export
             ends = [(one["qposadr"], _SIZES.get(one["type"], 1), one["type"]) for one in state.facts["joints"]]
             values = ((value, kind != HINGE) for start, size, kind in ends for value in qpos[start : start + size])
             more["qpos"] = " ".join(repr(convert.tidy_position(value, slides)) for value, slides in values)
@@ -182,20 +182,20 @@ def _add_poses(state: ImportState) -> None:
 
 
 def _is_beyond(state: ImportState, qpos: list[float], at: Mapping[str, float]) -> bool:
-    """Return True if a pose cannot express a keyframe: a mimic joint off its leader, or a moved free or ball joint."""
+    """Return True if a pose cannot express a keyframe: a mimic joint deviates, or a free or ball joint moved."""
     zero, floating = state.facts["qpos0"], (BALL,) if state.free_base else (BALL, FREE)
     loose = [(one["qposadr"], _SIZES[one["type"]]) for one in state.facts["joints"] if one["type"] in floating]
     if any(abs(qpos[i] - zero[i]) > _NEAR for start, size in loose for i in range(start, start + size)):
         return True
     mimics = ((state.joints[name]["mimic"], value) for name, value in at.items() if "mimic" in state.joints[name])
     led = ((one.get("multiplier", 1) * at.get(one["joint"], 0.0) + one.get("offset", 0), to) for one, to in mimics)
-    return any(abs(position - value) > 1e-9 for position, value in led)  # more than a rounding error
+    return any(abs(position - value) > 1e-9 for position, value in led)  # tolerance for rounding errors
 
 
 def _comments(state: ImportState) -> list[Comment]:
     found = [(state.places.body(index), ("links", name)) for index, name in state.link_of.items() if index]
     found += [(state.places.place_of("joints", index), ("joints", name)) for index, name in state.joint_of.items()]
-    entries: dict[Element, TreePath] = dict(reversed(found))  # the first one wins
+    entries: dict[Element, TreePath] = dict(reversed(found))  # reversed: the first entry has priority
     made: list[Comment] = []
     for document in state.markup.documents:
         paths: dict[int, TreePath] = {}
@@ -235,7 +235,7 @@ def _keep_of_scene(state: ImportState, kind: str, name: str) -> None:
 
 
 def add_sensors(state: ImportState) -> None:
-    """Add sensors that other formats support, merging those of one type at one site, and keep all others as XML."""
+    """Add sensors that other formats support, merge those of one type at one site, and keep all others as XML."""
     nodes, sites = state.facts["elements"]["sensors"], {site["name"]: site for site in state.facts["sites"]}
     elements = state.elements_of("sensor", nodes)
     groups: dict[tuple[str, str, str], list[_Measured]] = {}
@@ -259,7 +259,7 @@ def add_sensors(state: ImportState) -> None:
         for one in group:
             entry = _sensor(state, link, kind, one.name, [one])
             if one is not group[0]:
-                convert.put(entry, "gazebo", Seq(entry.span))  # only the first one becomes a Gazebo sensor
+                convert.put(entry, "gazebo", Seq(entry.span))  # Gazebo gets one sensor per group
             convert.put(sensors, one.name, entry)
     convert.put_some(state.tree, "sensors", sensors)
     order = [one.number for group in groups.values() for one in group] + kept
@@ -290,7 +290,7 @@ def _sensor(state: ImportState, link: str, kind: str, name: str, members: Sequen
         convert.put_pose(item, convert.transform(first.site["pos"], first.site["quat"]), first.element)
     entry = {"type": kind, "frame": link, "mjcf": convert.listing(elements, first.element)}
     made = convert.mapping(entry, first.element)
-    # MuJoCo measures single rays, which do not define a scan for Gazebo.
+    # MuJoCo's rangefinder measures a single ray, which does not define the scan of a Gazebo sensor.
     convert.put(made, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
     return made
 
@@ -350,7 +350,7 @@ def _add_constraint(
         if names:
             convert.put(entry, key, convert.listing([state.name_of(word, one) for one in names], element))
     pose = convert.floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
-    if any(pose[3:]):  # relpose; a zero quaternion means the initial relative pose
+    if any(pose[3:]):  # a zero quaternion in relpose means the initial relative pose
         convert.put(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
         convert.put_pose(entry, convert.transform(pose[:3], pose[3:]), element)
     if any(zeros):
@@ -371,7 +371,7 @@ def add_contacts(state: ImportState) -> None:
     written = {frozenset((element.get("body1"), element.get("body2"))): element for element in excludes}
     found: list[tuple[list[str], Element, str]] = []
     for signature in state.facts["exclude_signature"]:
-        bodies = (signature >> 16, signature & 0xFFFF)  # MuJoCo sorts the two ids
+        bodies = (signature >> 16, signature & 0xFFFF)  # a signature has both body ids, sorted
         names = [state.link_of.get(index, "") for index in bodies]
         element = written.get(frozenset(state.facts["bodies"][index]["name"] for index in bodies), root)
         if all(names):
@@ -418,12 +418,12 @@ def _filtered(state: ImportState, excluded: set[frozenset[str]]) -> Iterator[tup
 
 
 def add_kept(state: ImportState) -> None:
-    """Add and report the elements kept as XML, in links and at the top level, with everything that they refer to."""
+    """Add the elements kept as XML to links or to the top level, with all objects that they refer to; report them."""
     for node in state.facts["elements"]["whole"]:
         state.keep(node, node["tag"], state.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}
     by_tag: dict[str, list[Span]] = {}
-    for kept, tag, span, link in state.elements:  # the list grows, because elements refer to others
+    for kept, tag, span, link in state.elements:  # the loop appends the objects that elements refer to
         _keep_named_by(state, kept, span)
         nodes, node = by_link.setdefault(link, []), _renamed(state, kept)
         same = [each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"]]

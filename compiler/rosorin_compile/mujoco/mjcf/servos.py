@@ -15,13 +15,13 @@ from rosorin_compile.source.xml.elements import Found, found_in
 from .unsupported import along_link_of, position_range
 
 _STIFF = 100.0
-_SHOWN = 4  # names in a message
-# Default inputs of the actuator types that can have several controls.
+_SHOWN = 4  # maximum number of names in a message
+# Default ``input`` of the actuator types that can have several controls.
 _INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
 
 
 class Drive(NamedTuple):
-    """An actuator, its name, and the joint that it drives, if any; ``in_joint``: defined in the entry of the joint."""
+    """An actuator, its name, and the driven joint or None; ``in_joint`` if the entry of the joint defines it."""
 
     name: str
     actuator: Actuator
@@ -40,7 +40,7 @@ def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) 
 
 
 def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
-    """Return the servos that the option ``drives`` adds, one for each joint without an actuator or a leader.
+    """Return the servos that the option ``drives`` adds, one per joint without an actuator that is not a mimic joint.
 
     Their gain is computed from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero. The natural
     frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
@@ -73,7 +73,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the control range of an actuator, or None if unlimited; for a servo in rad or m, or per second."""
+    """Return the control range of an actuator (servo: in rad or m, or per second), or None if unlimited."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
@@ -87,7 +87,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint already clamp it to its effort, so that no second clamp is needed."""
+    """Return True if the actuators of a joint cannot exceed its effort limit, so that the joint needs no clamp."""
     own = [joint.actuator] if joint.actuator else []
     others, total = robot.actuators if own and own[0].targets == {} else (), 0.0
     for actuator in (*own, *(one for one in others if one.targets.get("joint") == joint.name)):
@@ -101,7 +101,7 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
             total += gear * max(map(abs, actuator.force))
         elif is_plain and is_limited and isinstance(gain, (int, float)):
             total += gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
-        else:  # its largest force is unknown
+        else:  # the largest force of other actuators is unknown
             return False
     return bool(own) and math.isclose(total, effort, rel_tol=1e-12)
 

@@ -25,7 +25,7 @@ _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = r
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _CARRIED = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
 _HIDDEN = 3  # the first group that viewers hide
-_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo's default; a geom with this colour has the colour of its material
+_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo's default colour: such a geom uses the colour of its material
 # Geom attributes that the shape, its pose, its appearance and the mass of the link already express.
 _READ = {"name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"}
 _READ |= {"fitscale", "contype", "conaffinity", "rgba", "material", "group"}
@@ -77,7 +77,7 @@ def add_shapes(state: ImportState) -> None:
 
 
 def _put_more(state: ImportState, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
-    """Set the MuJoCo attributes of a shape; if a geom becomes two shapes, only one of them gets each attribute."""
+    """Set the MuJoCo attributes of a shape; if a geom becomes two shapes, set each attribute on only one of them."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
@@ -85,7 +85,7 @@ def _put_more(state: ImportState, geom: Thing, shape: Map, element: Element, pur
     if purposes[0] == purpose and geom["group"] != state.groups[purpose]:
         more["group"] = str(geom["group"])
     elif purposes[0] != purpose and state.groups.get(purpose, _HIDDEN) != _HIDDEN:
-        more["group"] = str(_HIDDEN)  # hidden, because the visual is shown
+        more["group"] = str(_HIDDEN)  # hidden, because viewers show the visual
     if purposes == ["collision"]:
         more |= {"rgba": " ".join(map(repr, _colour(geom)))} if "rgba" in attributes else {}
         more |= {"material": _material(state, geom["matid"])} if geom["matid"] >= 0 else {}
@@ -101,7 +101,7 @@ def _colour(thing: Thing) -> list[float]:
 
 
 def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
-    """Return a geom as an element to keep as XML, without mass, and with the pose of the mesh file if it has one."""
+    """Return a geom as an element to keep as XML, without mass, and with the pose of its mesh file, if any."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):
@@ -135,7 +135,7 @@ def _is_carried(state: ImportState, geom: Thing) -> bool:
     mesh = state.facts["meshes"][geom["dataid"]] if geom["type"] == _MESH else None
     if mesh and (not _mesh_file(mesh) or _asset(state, "mesh", mesh["name"])["inner"]):
         return False
-    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # plugins
+    return geom["type"] in _CARRIED and geom["bodyid"] in state.link_of and not geom["element"]["inner"]  # no plugins
 
 
 def is_scene(geom: Thing) -> bool:
@@ -183,7 +183,7 @@ def _shape(state: ImportState, geom: Thing, element: Element) -> Map:
 
 
 def _mesh_file(mesh: Thing) -> str:
-    """Return the file of a mesh, or "" if it has none or its rotation and nonuniform scale cannot be swapped."""
+    """Return the file of a mesh, or "" without a file, or if rotation and nonuniform scale do not commute."""
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
@@ -206,7 +206,7 @@ def _put_look(state: ImportState, geom: Thing, shape: Map, element: Element) -> 
 
 
 def _more_of_material(state: ImportState, material: Thing) -> dict[str, str]:
-    """Return the attributes of a material except its colour, and except an image that a description can express."""
+    """Return the attributes of a material that only MuJoCo supports, without its colour and (if possible) its image."""
     attributes = _asset(state, "material", material["name"])["attributes"]
     texture = attributes.get("texture", "")
     image, written = _asset(state, "texture", texture)["attributes"], state.markup.find("asset", texture)
@@ -241,7 +241,7 @@ def _material(state: ImportState, index: int) -> str:
 
 
 def _add_unused(state: ImportState) -> None:
-    """Add materials and meshes that no shape uses; those that only geoms of the world use belong to the scene."""
+    """Add materials and meshes that no shape uses; report those of geoms of the world as part of the scene."""
     geoms, markup, assets = state.facts["geoms"], state.markup, state.facts["elements"]
     left = {geom["matid"] for geom in geoms} - {geom["matid"] for geom in geoms if _is_carried(state, geom)} - {-1}
     for index in range(len(state.facts["materials"])):

@@ -13,11 +13,11 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 
-# Attributes that refer to a geom, in a pair, a spatial tendon, and sensors (objtype="geom" objname="...").
+# Attributes of a pair, a spatial tendon or a sensor that refer to a geom (sensor: objtype="geom" objname="...").
 _GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
-_CONVERTED = (".dae", ".gltf", ".glb")  # to .obj
+_CONVERTED = (".dae", ".gltf", ".glb")  # meshes that are converted to .obj
 MESHES = "meshes"  # folder next to the MJCF for meshes from ROS packages
 
 
@@ -45,7 +45,7 @@ def _path(file: str, more: str) -> str:
     """Return the path of a file relative to the MJCF, with ``more`` appended if it is converted."""
     scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
-        rest = rest.lstrip("/")  # package:///NAME/FILE is accepted, too
+        rest = rest.lstrip("/")  # package:///NAME/FILE is also valid
         parts = rest.split("/")
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
     if mark or file.startswith("/"):
@@ -53,7 +53,7 @@ def _path(file: str, more: str) -> str:
     if not more:
         return file
     outside = posixpath.normpath(file)
-    inside = re.sub(r"^(\.\./)+", "", outside)  # converted files are next to the MJCF
+    inside = re.sub(r"^(\.\./)+", "", outside)  # converted files are in a folder next to the MJCF
     return f"{inside}{more}" if inside == outside else f"{MESHES}/{inside}{more}"
 
 
@@ -68,8 +68,8 @@ def is_textured(robot: Robot, texture: str) -> bool:
 
 
 def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
-    """Yield an error for each reference to a geom in ``left_out``, the links of geoms that were not written."""
-    from html import unescape  # xml.sax.saxutils would import http
+    """Yield an error for each reference to a geom that was not written; ``left_out`` has the link of each one."""
+    from html import unescape  # faster than xml.sax.saxutils, which imports http
 
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
         if (link := left_out.get(unescape(name))) is not None:
@@ -79,7 +79,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return the position limits of a joint (rad or m), or None if it has none."""
+    """Return the position limits of a joint (rad or m), or None if the joint has no limits."""
     limit = joint.limit if joint.moves else None
     if joint.type == "continuous" or limit is None:
         return None
@@ -116,7 +116,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
             yield _omitted(message, "give it sizes above zero")
         elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
             meshes.append(shape.geometry.file)
-    if textures:  # only the colour is written
+    if textures:  # the export writes only the colour
         message = f"left out of the MJCF: {first_of(textures, 3)}; MuJoCo opens textures that are PNG files"
         yield _omitted(message, "save it as PNG, and name the new file", NOTE)
     if meshes:
@@ -132,7 +132,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
 
 
-# Smallest mass and moment of a moving body, and smallest moment of a fullinertia (measured with MuJoCo 4.0.0).
+# Smallest mass (kg) and moment (kg*m^2) of a moving body, and smallest moment of a fullinertia (MuJoCo 4.0.0).
 LEAST = 1e-15
 LEAST_EIGENVALUE = 1e-14
 
@@ -161,7 +161,7 @@ def _moves(robot: Robot, names: Sequence[str]) -> bool:
 
 @of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
-    """Return the massless links that are moved by a joint, and that are connected to a mass by further joints.
+    """Return the massless links that a joint moves and that further joints connect to a link with mass.
 
     The import creates them for a body with two joints. MuJoCo rejects moving bodies without mass, so they get the
     smallest mass that it accepts, which does not change the motion of links that are some 10^12 times heavier.

@@ -1,9 +1,9 @@
 """Write the MJCF of a robot for MuJoCo 4, without floor and light, to be included or attached in a scene.
 
 Every link becomes a body, with a site of the same name in the frame of the link. Static transforms that other nodes
-publish become bodies too, if their numbers are known. About the format (MuJoCo 4.0.0, XMLreference):
+publish become bodies as well, if the description has their poses. About the format (MuJoCo 4.0.0, XMLreference):
 
-- Rotations are quaternions (w x y z), because the meaning of ``euler`` is configurable. A geom without a mass would get
+- Rotations are quaternions (w x y z), because ``euler`` has a configurable order. A geom without a mass would get
   the density of water, so every geom has density 0. The torque of a joint is clamped once, at the joint.
 - A free joint is only allowed at the top of the tree. Elsewhere, a floating joint becomes three slides and a ball. A
   planar joint becomes two slides and a hinge. ``mimic`` becomes an equality constraint, which is soft.
@@ -48,7 +48,7 @@ _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
-    """Return the attributes of each MuJoCo joint for a planar, floating or ball joint, in order."""
+    """Return the attributes of the MuJoCo joints that represent a planar, floating or ball joint, in order."""
     is_free = bodies.is_free(printer.robot, joint)
     if is_free or joint.type == "ball":
         return [attributes(name=joint.name, type="free" if is_free else "ball", **_inner(joint, printer))]
@@ -60,7 +60,7 @@ def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
 
 
 def base_name(joint: model.Joint, robot: model.Robot) -> str:
-    """Return the prefix for the MuJoCo joints of a joint, with underscores appended to avoid existing joint names."""
+    """Return the name prefix of the MuJoCo joints for a joint, with underscores appended if it is taken."""
     base = joint.name
     while any(base + end in robot.joint for end in {*bodies.PLANAR, *bodies.FLOATING}):
         base += "_"
@@ -79,7 +79,7 @@ def _motion(kind: str, axis: model.Vector, number: NumberFormat) -> dict[str, st
 
 def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     number, dynamics = printer.number, joint.dynamics or Dynamics()
-    # Includes the damping of the actuator, which no force limit clamps and which MJX ignores (MuJoCo 3.17).
+    # Actuator damping is written on the joint, because MJX ignores it on actuators and force limits would clamp it.
     words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
     words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
     values = {word: number(value) for word, value in words.items() if value}
@@ -90,7 +90,7 @@ def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
 
 
 def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the constraint of each mimic joint, which is a constant if its leader never moves."""
+    """Return the attributes of the constraint of each mimic joint, constant if the leader never moves."""
     made = []
     for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
         leader = robot.joint[mimic.joint]
@@ -108,7 +108,7 @@ def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: Number
 def _keys(
     robot: model.Robot, joints: list[model.Joint], drives: list[Drive], base: Callable[[JointPose], model.Pose] | None
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and other attributes of each keyframe; ``base`` is None if the base is fixed.
+    """Return (name, qpos, ctrl, other attributes) of each keyframe; ``base`` returns the pose of a free base.
 
     The first key is home, which is added if the robot can move. The keys of an imported robot have the order of its
     source, with added keys at the end, because simulators start with the first one.
@@ -140,22 +140,22 @@ def _keys(
     return made
 
 
-# Maximum indentation, because the file size of a chain of thousands of links would be quadratic.
+# Maximum indentation in levels; otherwise, the file size of a long chain of links would be quadratic.
 DEEPEST = 30
 OPTION = {"integrator": "implicitfast"}  # default simulation options
 # Options for a robot on wheels or feet, which would otherwise creep down a slope: a robot with four mecanum wheels
 # creeps 30 mm in 5 s at 10 degrees, and 7 mm with these options.
 STANDING = {"cone": "elliptic", "impratio": 100}
-# Without this, the friction of plain wheels slows down turning by 24 % (TurtleBot3); with it, by 3 %.
+# Options for wheels without rollers: with them, friction slows down turning by 3 % instead of 24 % (TurtleBot3).
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# A geom without fluid forces; for such a body, MuJoCo would compute them for a box of several metres.
+# A geom for massless bodies: without it, MuJoCo would compute their fluid forces for a box of several metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
 
 
 class Frame(NamedTuple):
-    """A frame in the tree: a link, or the child of a static transform of another node (``link`` is None)."""
+    """A frame in the tree: a link, or the child of a static transform of another ROS node (``link`` is None)."""
 
     name: str
     depth: int
@@ -181,7 +181,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     geoms = _Geoms(output, printer, classes, shown)
     in_world, stands_there = robot.root_in_world, partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
     root = in_world.pose if in_world.placed or not free else stands_there(home_of(robot))
-    top = 1 if in_world.world else 0  # depth of the top-level bodies
+    top = 1 if in_world.world else 0  # depth of the top-level bodies in the frame tree
     name = in_world.joint or bodies.free_name(f"{robot.root}_free", robot.joint)
     tag, kind = ("freejoint", {}) if set(in_world.values) <= {"group", "align"} else ("joint", {"type": "free"})
     free_joint = Markup("<{}{}/>").format(tag, printer.print_values({"name": name, **kind, **in_world.values}))
@@ -189,7 +189,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.class_name(bodies.FRAME)})
-    elements: list[tuple[object, ...]] = []  # arguments of the template; the last item closes bodies
+    elements: list[tuple[object, ...]] = []  # arguments of the template for each body
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or model.Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.geoms_of(link, bodies.COLLISION), *geoms.geoms_of(link, bodies.VISUAL)]
@@ -244,7 +244,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
-    """Yield every frame, parents before children; joints come before static transforms of other nodes."""
+    """Yield every frame, parents before children; joints come before static transforms of other ROS nodes."""
     edges: dict[str, list[tuple[str, model.Pose]]] = {}
     known = set(robot.link)
     for edge in robot.edges:
@@ -274,9 +274,9 @@ def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
 
 
 class _Geoms:
-    """Prints the geoms of links, named LINK_PURPOSE_NUMBER.
+    """Formats the geoms of links, named LINK_PURPOSE_NUMBER.
 
-    ``used`` has the purposes of the written geoms, ``left_out`` the link of each geom that is not written. ``rolls``
+    ``used`` has the purposes of the written geoms, ``left_out`` the link of each omitted geom by name. ``rolls``
     are the links that only collide with the floor, ``shown`` the colours of links whose collision shapes are visible.
     """
 
@@ -338,7 +338,7 @@ class _Geoms:
 
 
 def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
-    """Return the name of each geom by link, purpose and number, and the names that replace LINK_PURPOSE_NUMBER.
+    """Return (names by link, purpose and number; names by LINK_PURPOSE_NUMBER for geoms with a different name).
 
     A geom has the name of its shape if that is unique; collision shapes have priority. All other geoms are named
     LINK_PURPOSE_NUMBER.
@@ -363,7 +363,7 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
 
 
 def _option(robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter) -> Sequence[Markup | str]:
-    """Return the attributes of ``<option>`` and its flags; an imported robot gets no defaults."""
+    """Return the attributes of ``<option>`` and ``<flag>``; an imported robot gets no defaults."""
     described, drive = output.options.get("option", {}), robot.drive
     is_whole = bool(described) and robot.source.status == "imported"
     standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS

@@ -1,4 +1,4 @@
-"""Print MJCF elements: actuators, equalities, materials, sites, cameras, lights, sensors and default classes.
+"""Format MJCF elements: actuators, equalities, materials, sites, cameras, lights, sensors and default classes.
 
 A sensor element measures at the site of its frame, or at a separate site NAME_site if it has a pose.
 
@@ -30,7 +30,7 @@ from . import bodies
 from .servos import Drive, aims
 from .unsupported import is_textured
 
-# Attributes that are never in a class, and attributes that can differ between the left and right side of a robot.
+# Attributes that are never in a default class.
 _OWN = {"name", "class", "type", "lengthrange", *TARGETS.values()}
 _KINDS = ("joint", "position", "velocity", "motor", "general")  # elements that can share a class
 
@@ -38,7 +38,7 @@ Texts = Mapping[str, str]
 
 
 class Part(NamedTuple):
-    """An element to print; ``replicate`` are the attributes of a surrounding ``<replicate>``, ``text`` is verbatim."""
+    """An element to write; ``replicate`` are the attributes of a surrounding ``<replicate>``, ``text`` is raw XML."""
 
     tag: str
     attributes: Markup | str = ""
@@ -47,7 +47,7 @@ class Part(NamedTuple):
 
 
 class ClassElement(NamedTuple):
-    """An element that can have a class: tag, name, other attributes, and the joint from which the class is named."""
+    """An element that can have a class: tag, name, other attributes, and the joint whose name the class is based on."""
 
     tag: str
     name: str
@@ -73,7 +73,7 @@ class _Shared(NamedTuple):
 
 
 class Classes:
-    """The default classes of a robot for its ``elements``; class names in the verbatim texts ``kept`` are reserved."""
+    """The default classes of a robot for its ``elements``; class names in the raw MJCF ``kept`` are reserved."""
 
     def __init__(self, robot: str, elements: Sequence[ClassElement], kept: Iterable[str]) -> None:
         self._taken = {*re.findall(r'<default\b[^<>]*\bclass="([^"]*)"', "".join(kept)), "main"}
@@ -99,7 +99,7 @@ class Classes:
         return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the root class, with classes for the ``used`` purposes and their ``groups``; ``rolls``: has wheels."""
+        """Return the root class, with subclasses for ``used`` purposes in ``groups``; ``rolls`` if there are wheels."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -122,7 +122,7 @@ class Classes:
         return Class(self.outer, (), made)
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield groups of elements with shared attributes; axis and range only count if the joint names match, too."""
+        """Yield groups that can share a class; split by axis and range if names differ or the file gets shorter."""
         for members in self._alike(range(len(self._elements)), ("axis", "range", "ctrlrange", "forcerange")):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
@@ -146,7 +146,7 @@ class Classes:
         return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
-        """Return the class with all joints of these actuators to which they can be added, or ""."""
+        """Return the name of a class with all joints of the actuators in ``shared``, to add them to it, or ""."""
         joints = {self._elements[place].joint for place in shared.members}
         for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
             if first.tag == "joint" and not more and joints <= {self._elements[place].joint for place in first.members}:
@@ -161,7 +161,7 @@ class Classes:
         return next(name for name in map(self.class_name, words) if name not in self._taken)
 
     def _saved(self, shared: _Shared) -> int:
-        """Return by how many characters a class, or its addition to an existing class, makes the file shorter."""
+        """Return how many characters a new class, or an addition to an existing class, saves in the file."""
         joined = self._with_joints(shared)
         name = joined or self._called(shared)
         size, naming = len(attributes(**shared.values)), len(f' class="{name}"')
@@ -170,7 +170,7 @@ class Classes:
 
 
 def _words_of(names: Sequence[str]) -> str:
-    """Return the common first and last words of names, without numbers, and without "joint" if there are others.
+    """Return the common first and last words of names, without numbers, and without "joint" if other words remain.
 
     >>> _words_of(["wrist_1_joint", "wrist_2_joint"]), _words_of(["FL_hip_joint", "FR_hip_joint"])
     ('wrist', 'hip')
@@ -184,7 +184,7 @@ def _words_of(names: Sequence[str]) -> str:
     return "_".join([word for word in words if word != "joint"] or words[:1])
 
 
-# Attributes that refer to a body; names of links are replaced by the names of their bodies.
+# Attributes that refer to a body; the export replaces link names by body names in them.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
 _NAMED = ("objname", "refname")
 _GEOMS = ("geom", "geom1", "geom2", *_NAMED)
@@ -199,15 +199,15 @@ def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str
 
 
 class ElementPrinter:
-    """Prints elements other than bodies; ``colours`` are materials for links whose collision shapes are visible."""
+    """Formats elements other than bodies; ``colours`` are materials for links whose collision shapes are visible."""
 
     def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot
         self.number = number
         self.looks = {**robot.material, **{one.name: one for one in colours}}
-        # Names of geoms by their default name LINK_PURPOSE_NUMBER, if they differ.
+        # Names of geoms by default name (LINK_PURPOSE_NUMBER), for geoms with a different name.
         self.own_names: dict[str, str] = {}
-        # Names of textures by file name in the description, and names of materials that only have a texture.
+        # Names of textures by file in the description, and names of materials added for a texture, by texture.
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
 
@@ -262,7 +262,7 @@ class ElementPrinter:
         return {**look, "rgba": numbers(own_colour, self.number)} if own_colour else look
 
     def constraint(self, entry: simulation.Entry) -> Part:
-        """Return the element of a constraint; MuJoCo's polynomial is relative to ``ref`` of both joints."""
+        """Return the element of a constraint; convert its polynomial to be relative to ``ref`` of both joints."""
         known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
         first, second = (bodies.reference(joint) if joint else 0.0 for joint in known)
         values = {"name": entry.name, **entry.values}
@@ -276,7 +276,7 @@ class ElementPrinter:
     def mark(self, mark: simulation.Marked) -> Part:
         place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
         values = {key: value for key, value in mark.values.items() if value is not None}
-        if mark.tag == "light":  # has a direction instead of a rotation
+        if mark.tag == "light":  # a light has a direction instead of a rotation
             place = {key: text for key, text in place.items() if key == "pos"}
             value = values.get("dir")
             x, y, z = map(float, value) if isinstance(value, tuple) else (0.0, 0.0, -1.0)
@@ -287,7 +287,7 @@ class ElementPrinter:
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the contact attributes of a shape, and the attributes in its ``mjcf`` section."""
         contact = shape.contact.values if shape.contact is not None and purpose == "collision" else {}
-        bits = {word: contact.get(word) for word in bodies.BITS}  # contact bits come first
+        bits = {word: contact.get(word) for word in bodies.BITS}  # put the contact bits first
         return self.texts({**bits, **contact, **shape.mjcf})
 
     def print_values(self, values: Values) -> Markup:
@@ -315,17 +315,17 @@ class ElementPrinter:
 
 
 class SensorElements(NamedTuple):
-    """The MJCF elements of sensors; ``kept`` are the verbatim elements of the robot that are not ``sensors``."""
+    """The MJCF elements of sensors; ``kept`` is the raw MJCF of the robot without elements moved to ``sensors``."""
 
     of_bodies: dict[str, list[Part]]
     sensors: list[Part]
-    sections: list[tuple[str, str]]  # MJCF section and verbatim text
+    sections: list[tuple[str, str]]  # (MJCF section, raw XML)
     kept: list[str]
     diagnostics: list[Diagnostic]
 
 
 def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, order: Sequence[str]) -> SensorElements:
-    """Return the MJCF elements of the sensors of a robot, those in ``order`` first. Raises TemplateProblem."""
+    """Return the MJCF elements of the sensors of a robot, sorted as in ``order``. Raises TemplateProblem."""
     made, number = SensorElements({}, [], [], list(robot.mjcf), []), printer.number
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         place = place_of(part.pose.xyz, part.pose.rpy, number) if part.pose is not None else {}
@@ -347,14 +347,14 @@ def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, or
             of_body.append(Part(part.element, attributes(**{"name": part.name, **place, **more}), around))
         elif part.kind == simulation.SENSOR_ELEMENT:
             at = {"objtype": "site", "objname": part.site} if part.element.startswith("frame") else {"site": part.site}
-            without = [name for name, value in part.attributes.items() if value is None]  # such as the site of a clock
+            without = [name for name, value in part.attributes.items() if value is None]  # null removes an attribute
             values = {name: value for name, value in {"name": part.name, **at}.items() if name not in without}
             made.sensors.append(Part(part.element, attributes(**{**values, **more})))
             of_body += [Part("site", attributes(name=part.site, **place), around)] if part.pose is not None else []
     if not order:
         return made
     made.kept.clear()
-    for text in robot.mjcf:  # move its sensors to ``sensors``
+    for text in robot.mjcf:  # sort sensors in raw MJCF together with all others
         found = found_in(text)
         if found and all(one.tags[0] == "sensor" and len(one.tags) <= 2 for one in found):
             made.sensors.extend(Part(one.tags[1], attributes(**one.attributes)) for one in found if len(one.tags) == 2)
@@ -371,7 +371,7 @@ def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[
     what, around = f'the output of {part.element} for sensor "{sensor.name}"', part.section or "body"
     help = "correct the XML: close every element, and put every value in quotes"
     try:
-        made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
+        made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - without a DOCTYPE, no entities
     except ElementTree.ParseError as problem:
         yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return

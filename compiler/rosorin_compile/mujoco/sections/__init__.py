@@ -91,7 +91,7 @@ _LACKING = {"position": "kp", "velocity": "kv", "damper": "kv", "intvelocity": "
 
 
 class Driver(NamedTuple):
-    """An actuator, its name in messages, its path, and the joint in whose entry it is defined, or None."""
+    """An actuator, its name in messages, its path, and the joint whose entry defines the actuator, or None."""
 
     actuator: Actuator
     called: str

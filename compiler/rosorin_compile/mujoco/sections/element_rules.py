@@ -1,7 +1,7 @@
 """Rules about names and elements that only MuJoCo reads: unknown and repeated names, misplaced elements.
 
-Names are unique by kind in MuJoCo: sites of links and frames are both sites, actuators of joints and of the section
-``actuators`` are both actuators. Names in raw MJCF elements count as well.
+Names of one kind are unique in MuJoCo: links and frames both become sites, and actuators of joints and of the section
+``actuators`` are both actuators. Names in raw MJCF elements are checked as well.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,19 +21,19 @@ from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.xml.elements import Found, found_in
 
-BALL = "ball"  # a joint with several positions, like the keys of ENDS
-# Words in messages for MuJoCo's kinds of names.
+BALL = "ball"  # joint type with several qpos values, like the keys of ENDS
+# Nouns in messages, by MuJoCo's kind of name.
 _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
 _RULES = {JOINT: "unknown-joint", BODY: "unknown-link"}
-# MuJoCo's kinds of names for entries of sections, by the word in the schema.
+# MuJoCo's kind of name for entries of sections, by the kind of definition in the schema.
 _DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
 class Named(NamedTuple):
-    """A name, its kind and its path; ``key`` if the name is a key of the description.
+    """A name in the MJCF, its kind, and the path that defines the name in the description.
 
-    ``derived``: the name is derived from the name of a link or a joint.
+    ``key``: the name is a key on that path. ``derived``: the name is derived from the name of a link or a joint.
     """
 
     kind: str
@@ -44,7 +44,7 @@ class Named(NamedTuple):
 
 
 def several(case: Case) -> Mapping[str, str]:
-    """Return the kind (a ball, or free) of each MJCF joint with several positions, by name."""
+    """Return "ball" or "free" for each MJCF joint with several qpos values, by name."""
     found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
     found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}
     return found | {_free_joint(case.robot): "free"}
@@ -90,7 +90,7 @@ def _named(case: Case) -> Iterator[Named]:
 
 
 class _Names:
-    """All names in the MJCF of a robot by kind; templates of sensors may add unknown names (``is_open``)."""
+    """All names in the MJCF of a robot by kind; ``is_open`` if templates of sensors may add further names."""
 
     def __init__(self, case: Case) -> None:
         self.robot = robot = case.robot
@@ -105,7 +105,7 @@ class _Names:
             self.by_kind.setdefault(named.kind, set()).add(named.name)
 
     def has(self, kind: str, name: str) -> bool:
-        """Return True if a name of a kind exists, or may exist."""
+        """Return True if the MJCF has a name of a kind, or if a template may add it."""
         return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
 
@@ -160,10 +160,10 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
         names.append(Named(JOINT, root, ("root", "joint"), key=False))
         taken[JOINT, root] = case.joint(case.robot.joint[root])
     if all(named.derived or named.path[0] in ("sensors", "poses") for named in names):
-        return  # no names for simulation only
+        return  # names of links, sensors and poses are already unique
     for named in names:
         first = taken.setdefault((named.kind, named.name), named.path)
-        # Two actuators at joints are checked with the output (mjcf-actuators).
+        # The check "mjcf-actuators" of the output reports two actuators of joints with the same name.
         if first is not named.path and not named.derived and not (named.kind == ACTUATOR and named.key):
             message = f'the {_WORDS.get(named.kind, named.kind)} "{named.name}" would be defined twice in the MJCF'
             message += ", in which each link also becomes a site" if named.kind == SITE else ""
@@ -172,7 +172,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
-# Elements that a description can express with keys, and the fix.
+# MJCF elements that a description expresses with keys, and the help in the message.
 _IN_WORDS = {
     "body": 'write it as a link, with a joint of type "fixed" if it does not move',
     "joint": 'write it in "joints" of the description',
@@ -194,13 +194,13 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
     if not texts:
         return
     names, own = _Names(case), f"{case.robot.name}_"
-    # <replicate> and <flexcomp> generate names: the names of their elements with a suffix.
+    # <replicate> and <flexcomp> append suffixes to the names of their elements.
     generated: list[tuple[str, str]] = []
     for _, elements, top in texts:
         if {"replicate", "flexcomp"} & {tag for found in elements for tag in found.tags}:
             generated += [(one.kind, one.name) for found in elements for one in mujoco.defined_names(found, top)]
     has_flexcomp = any("flexcomp" in found.tags for _, elements, _ in texts for found in elements)
-    materials = {f"{own}{name}" for name in case.robot.material}  # their names in the MJCF
+    materials = {f"{own}{name}" for name in case.robot.material}  # the MJCF prefixes materials with the robot name
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
     for path, elements, top in texts:
@@ -237,7 +237,7 @@ def _misplaced(found: Found, top: bool) -> tuple[str, Help] | None:
     return f"<{tag}> is not {what}", help if tag in other else Suggestion(tag, known, "remove it")
 
 
-# The number of sizes of a site by type; further sizes have no effect.
+# Number of sizes that a site needs by type, without ``fromto``, which gives the length. Further sizes have no effect.
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 
 
@@ -257,7 +257,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
         return list(map(float, value)) if isinstance(value, tuple) else [value] if isinstance(value, float) else []
 
     if tag == "site":
-        count = 1 if "fromto" in values else _SIZES.get(str(values.get("type", "sphere")), 0)  # sets the length
+        count = 1 if "fromto" in values else _SIZES.get(str(values.get("type", "sphere")), 0)
         if min(numbers("size")[:count], default=1.0) <= 0:
             yield "size", "has a size that is not above zero"
         return

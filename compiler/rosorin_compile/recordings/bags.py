@@ -78,12 +78,7 @@ class _Bag:
             for one in (connection for file in files for connection in file.connections):
                 if not isinstance(one.topic, str) or not isinstance(one.msgtype, str):
                     raise TypeError("a topic has no name, or no type")
-                if (
-                    one.topic,
-                    one.msgtype,
-                    one.ext,
-                    one.digest,
-                ) not in listed:  # rosbags would skip the messages of this connection
+                if (one.topic, one.msgtype, one.ext, one.digest) not in listed:  # rosbags would skip its messages
                     raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
         except Exception as cause:
             for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags reports no file name

@@ -56,7 +56,7 @@ class ExpectedEdge:
 
     @property
     def value(self) -> tuple[str, bool, Transform | None]:
-        """The parent, whether the edge moves, and the transform; these are equal for edges that a recording confuses."""
+        """The parent, whether the edge moves, and the transform, to compare edges of different modes."""
         return self.parent, self.moving, self.transform
 
     @property
@@ -121,7 +121,7 @@ class Description:
 
     @cached_property
     def joint_names(self) -> frozenset[str]:
-        """The joints that /joint_states should contain: the moving joints of robot_state_publisher, except mimic joints."""
+        """The joints that /joint_states should contain: those that robot_state_publisher moves, except mimic joints."""
         return frozenset(self.leader(joint) for joint in self.robot.published_by(ROBOT_STATE_PUBLISHER) if joint.moves)
 
     def leader(self, joint: Joint) -> str:

@@ -76,7 +76,7 @@ class Pace:
         self.jumps = int(np.count_nonzero(falls > JUMP))
         self.farthest_jump = _longest(falls, received[1:])
         self.repeated = int(np.count_nonzero((np.diff(stamps) == 0) & (stamps[1:] != 0)))
-        # At each arrival, the newest stamp of all earlier messages is the oldest that listeners use.
+        # The newest data in a listener is oldest just before the next message arrives.
         newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
         self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
         # Simulation time starts at zero, so its first messages are not unstamped.
@@ -234,7 +234,7 @@ class JointStates:
         return (-np.inf if lower is None else lower), (np.inf if upper is None else upper)
 
     def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the joint positions (n,) that robot_state_publisher used at ``stamps`` (n,), and a mask of known positions.
+        """Return the joint positions (n,) that robot_state_publisher used at stamps (n,), and where they are known.
 
         If several messages have the same stamp, the one closest to ``received`` counts. The position of a mimic joint
         takes precedence over that of its leader (``callbackJointState`` of robot_state_publisher).
@@ -252,7 +252,7 @@ class JointStates:
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
     def _compare_follower(self, joint: Joint, leader: Joint) -> None:
-        """Count how often a mimic joint did not follow its leader; skip it if full turns of the leader are ambiguous."""
+        """Count how often a mimic joint did not follow its leader; skip it if turns of the leader are ambiguous."""
         turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
         if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
             return
@@ -286,7 +286,7 @@ class Series:
         self.listed = False
         self.age: float | None = None
         square = np.square(samples.values[:, 3:]).sum(axis=1)
-        # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
+        # tf2 drops transforms if the squared norm of the quaternion is not within 0.01 of 1 (tf2/src/buffer_core.cpp).
         good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= 10e-3)
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0

@@ -84,7 +84,7 @@ class Node:
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
-        """Return the parameter as set in a file, else with the default in ``ros2_nodes.json``, else with ``default``."""
+        """Return the parameter as set in a file, else with the default of its kind of node, else with ``default``."""
         if (given := self.parameters.get(key)) is not None:
             return Setting(None if given.substituted else given.value, given.span, True)
         known = self.kind.key(key) if self.kind else None
@@ -150,7 +150,7 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
 
 
 def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]) -> Mapping[str, tuple[str, Span]]:
-    """Return (type, position) of each controller, from controller_manager, the controller's section or the description."""
+    """Return (type, position) of controllers, from the controller_manager, their sections or the description."""
     described = {one.name: full_type(one.type) for one in controllers}
     found: dict[str, tuple[str, Span]] = {}
     for full, sections in named.items():
@@ -393,7 +393,7 @@ def _both(claim: Claim, rival: Claim) -> Diagnostic:
 
 
 def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Diagnostic:
-    """Report a published edge that differs from the edge ``near`` in the description, or None if there is no such edge."""
+    """Report a published edge that differs from ``near``, the most similar edge of the description (None: none)."""
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'

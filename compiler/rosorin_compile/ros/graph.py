@@ -41,7 +41,7 @@ class End:
 
 @dataclass
 class Graph:
-    """The kind of each node, ``node`` or ``driver`` (not started by the package), and its publishers and subscribers."""
+    """The kind of each node, ``node`` or ``driver`` (not started by the package), and all their topics."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     published: list[End] = field(default_factory=list)

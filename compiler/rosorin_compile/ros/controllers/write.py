@@ -116,7 +116,7 @@ def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[st
         around = (driving.wheelbase + driving.track) / 2
         found |= {role: names[0] for role, names in joints.items()} | {"half_sum": around}
         found |= {"timeout": _TIMEOUT} if _navigates(robot) else {}
-        # The offset is the position of the base relative to the wheel centre (vx + y * wz in mecanum_drive_controller.cpp).
+        # The offset is the base relative to the wheel centre (vx + y * wz in mecanum_drive_controller.cpp).
         found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > 1e-9}
         return found | _speeds(robot, driving, around)
     if driving.kind == DIFFERENTIAL:

@@ -98,7 +98,7 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
         if holds(solids, points, margin):
             break
     inscribed = min(at for _, at in _sides(points))
-    # Rounding can leave shapes outside: move all sides by the largest excess, which moves corners farther.
+    # Rounding can leave shapes outside (at most the slack): add how far a corner moves if all sides move out by that.
     beyond = max(_reach(solids, (*normal, 0.0)) + margin - at for normal, at in _sides(points))
     circumscribed = max(math.hypot(*point) for point in points) + max(0.0, beyond) * _FARTHEST_CORNER
     return Footprint(tuple(points), inscribed, circumscribed, -down, up)

@@ -33,7 +33,7 @@ _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
-# Launch file of each group with its description for README.md; _OUTPUTS has the help if its outputs are missing.
+# Launch file of each group, with its description for README.md; _OUTPUTS has the help for missing outputs.
 _FILES = {
     CONTROL: ("control.launch.py", "the controller_manager with its controllers"),
     MOVEIT: ("moveit.launch.py", "MoveIt's move_group"),

@@ -120,7 +120,7 @@ class _Reader:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
-        """Read a mapping of namespaces and ROS nodes below the name ``above``; return True if it contains parameters."""
+        """Read a mapping of namespaces and ROS nodes in namespace ``above``; return True if it contains parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
             if not (name := self.text(key)):
@@ -153,7 +153,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Add parameters to a section; return the last name if it has an empty mapping, after which rcl misreads keys."""
+        """Add parameters to a section; return the last name if its mapping is empty, after which rcl misreads keys."""
         empty = ""
         for key, value in mapping.value:
             if not (text := self.text(key)):
@@ -217,7 +217,7 @@ class _Reader:
             return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
             fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
-            return (float(text), "double") if fits else (text, "string")  # rcl reads a number that is out of range as a string
+            return (float(text), "double") if fits else (text, "string")  # as rcl does if out of range
         if _SPECIAL.match(text):
             return float(text.replace(".", "")), "double"
         return text, "string"

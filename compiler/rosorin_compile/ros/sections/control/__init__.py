@@ -128,7 +128,7 @@ class Block:
     source: Source = NO_SOURCE
 
     def components(self) -> Iterator[tuple[str, Component]]:
-        """Yield (key, component) for each joint, sensor and GPIO; the key is its section in the block, such as "joints"."""
+        """Yield (key, component) for each joint, sensor and GPIO; the key is "joints", "sensors" or "gpio"."""
         for section, found in (("joints", self.joints), ("sensors", self.sensors), ("gpio", self.gpio)):
             yield from ((section, one) for one in found)
 

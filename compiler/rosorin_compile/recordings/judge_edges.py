@@ -254,7 +254,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
             return False
         if (step := pace.step) is None:
             return True
-        # Another finding reports steps of the clock; a step as long as a pause of the recorder is no step.
+        # Another finding reports steps of the clock. A pause of the recorder can look like such a step.
         of_recorder = silence.seconds > _LATE and abs(step.size - silence.seconds) < _LATE
         return not of_recorder and min(step.before, step.after) >= -APART
 

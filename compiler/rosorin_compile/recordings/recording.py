@@ -216,7 +216,7 @@ class Recording:
         return chain
 
     def _look_up_all(self, use: FrameUse) -> None:
-        """Count the messages whose frame tf2 can transform to the root of the robot and to its parent, such as odom."""
+        """Simulate tf2 lookups of a frame, for all its messages, in the root of the robot and in the parent of the root."""
         start, base = self.start, self.description.top(use.frame)
         if (chain := self.chain(use.frame, base)) is None:
             use.early = use.pace.count

@@ -27,7 +27,7 @@ APART = 60.0  # s: stamps and times of arrival that always differ by more come f
 
 # A step of a clock is detected between three time slices before and three after it, each at least 0.8 s wide.
 _SLICE, _SIDE = 8 * SECOND // 10, 3
-# The smallest step (s). Stamps that are older than arrival before and after can also change because of a delay.
+# The smallest step (s), and, if all stamps are older than arrival, the smallest that is not a transmission delay.
 _STEP, _DELAY = 0.25, 5.0
 AHEAD = 0.1  # s: synchronized clocks differ by less, so smaller leads of stamps are ignored
 TREMBLING = 0.02  # rad or m: amplitude of a servo that holds a position

@@ -76,7 +76,7 @@ class _TextReader:
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self.questions: list[tuple[str, str]] = []
-        self.blocks: list[tuple[int, dict[str, list[str]]]] = []  # line number, numbers by form
+        self.blocks: list[tuple[int, dict[str, list[str]]]] = []  # line number, numbers by representation
         self.topic = ""
         self.positions: dict[str, float] = {}
         self.understood = False
@@ -88,7 +88,7 @@ class _TextReader:
             kind = str(item.lastgroup)
             if kind == "topic":
                 words = [word for word in item["words"].split() if not word.startswith("-")]
-                words.sort(key=lambda word: not word.startswith("/"))  # others may be option values
+                words.sort(key=lambda word: not word.startswith("/"))  # words without / may be option values
                 self.topic = words[0] if words else ""
             elif kind == "question":  # a command line; the next lines are its output
                 if self.blocks:
@@ -103,7 +103,7 @@ class _TextReader:
                 self.understood, block = True, dict[str, list[str]]()
                 self.blocks.append((line, block))
                 for match in _FORM_LINE.finditer(item[0]):
-                    if (form := _FORMS[match[1]]) in block:  # printed again: the next transform
+                    if (form := _FORMS[match[1]]) in block:  # a repetition is the next transform
                         block = {}
                         self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
                     block[form] = re.findall(r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf)", match[2])
@@ -217,7 +217,7 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
     If several solutions of roll, pitch, yaw are printed, they are the same rotation.
     """
     counts = {"xyz": 3, "matrix": 16, "quaternion": 4, "degree": 3, "radian": 3}
-    printed = {}  # by form (xyz, matrix, ...): numbers, and half of their last printed digit
+    printed = {}  # by representation (xyz, matrix, ...): numbers, and half of their last printed digit
     for form, texts in forms.items():
         digits = [len(text.partition(".")[2]) for text in texts if "e" not in text.lower()]
         printed[form] = (list(map(float, texts)), 0.5 * 10.0 ** -max(digits, default=3))

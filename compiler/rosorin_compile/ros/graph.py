@@ -139,7 +139,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
-            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # as most drivers do
+            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # QoS of most drivers
             made.published.append(End(node, full_topic(topic, "", ""), message, port, reliable=reliable))
     return made
 

@@ -83,7 +83,7 @@ def _xml(source: Source) -> Iterator[LaunchNode]:
         elements = list(parse(source).root.iter())
     except MarkupError as problem:
         raise LaunchError(f"not XML: {problem.diagnostic.message}") from None
-    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # to an included file
+    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # args of <include>
     declared = [one for one in elements if one.tag in ("arg", "let") and id(one) not in passed]
     variables = {one.get("name"): one.get("default", one.get("value")) for one in declared}
     for one in elements:

@@ -100,7 +100,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
-    if needed := missing(one.kind, one.values) if are_right else []:  # a wrong name, if any, is the cause
+    if needed := missing(one.kind, one.values) if are_right else []:  # wrong names make parameters seem missing
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
             help = f'{one.known.why_not}; write the values in "params"'
@@ -190,7 +190,7 @@ def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
     """Return the required parameters that are not in ``given`` and that no misspelt key resembles."""
     if kind is None:
         return []
-    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt
+    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt keys
     return [key.name for key in kind.own_keys() if key.needed and key.name not in given and key.name not in meant]
 
 

@@ -28,7 +28,7 @@ _SIDES = 48  # maximum number of hull sides that are used, longest first
 _SLACK = 1e-7  # m: rounding errors of the 32-bit floats of a costmap
 _STRAIGHT = 1e-9
 _WIDEST = math.radians(150)  # largest angle between normals of adjacent sides, which limits how sharp corners are
-_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # m a corner moves if its sides move 1 m, plus 5 % for rounding
+_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # shift (m) of a corner if its sides move 1 m, plus 5 %
 
 
 class Solid(NamedTuple):

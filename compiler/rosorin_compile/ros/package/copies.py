@@ -164,7 +164,7 @@ def other_robot(path: Path, robot: str) -> str:
     match = re.search(_MARK.format("(.+)"), read_bytes(path, _HEAD).decode("utf-8", "replace"))
     readers = (one.robot_of for one in FORMATS.values() if one.robot_of is not None and path.name.endswith(one.endings))
     name = match[1] if match else next(filter(None, (read(path) for read in readers)), "")
-    same = (robot, repr(robot), Templates.comment(robot), "the robot")  # "the robot": no name in tables
+    same = (robot, repr(robot), Templates.comment(robot), "the robot")  # "the robot" in files without a name
     return "" if name in same else name.strip("'\"")
 
 

@@ -23,7 +23,7 @@ from .planning import URDF, Planning, sort_pair
 
 Entry = dict[str, Any]
 
-# Attributes by element, with the kind of their name ("link") or "". MoveIt requires all of them except _OPTIONAL.
+# Attributes by element, with the kind that each names ("link") or "". MoveIt requires all of them except _OPTIONAL.
 # The order is that of reading: virtual joints and groups come before the elements that refer to them.
 _KNOWN: Mapping[str, Mapping[str, str]] = {
     "virtual_joint": {"name": "", "type": "", "parent_frame": "", "child_link": ""},

@@ -227,7 +227,7 @@ class Planning:
         for joint in self.joints.values():
             neighbours[joint.parent].add(joint.child)
             neighbours[joint.child].add(joint.parent)
-        for bare in sorted(self.links - self.solids.keys()):  # remove it, and connect its neighbours
+        for bare in sorted(self.links - self.solids.keys()):  # connect the neighbours of each link without shapes
             around = neighbours.pop(bare)
             for name in around:
                 neighbours[name] = (neighbours[name] | around) - {name, bare}

@@ -81,7 +81,7 @@ class _Bag:
                 if (one.topic, one.msgtype, one.ext, one.digest) not in listed:  # rosbags would skip its messages
                     raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
         except Exception as cause:
-            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags reports no file name
+            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags does not name the file
                 if inner.suffix in SUFFIXES and is_file(inner):
                     _Bag(inner, stack)
             raise self._damaged(cause) from None
@@ -163,7 +163,7 @@ class _Reader:
             for topic, received, content in bag.messages(topics, start if start > first else None, stop):
                 self._add(topic, received, content)
                 self.arrivals.append(received)
-                if recording.messages % 16_384 == 0:  # messages between progress updates
+                if recording.messages % 16_384 == 0:  # update the progress seldom
                     Progress.step("reading messages", recording.messages, count)
         Progress.step("reading messages", recording.messages, count)
 

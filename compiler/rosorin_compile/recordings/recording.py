@@ -26,7 +26,7 @@ class Rows:
         self._values, self._width = array("d"), 0
 
     def add(self, received: int, stamp: int, values: Sequence[float] = ()) -> None:
-        """Add a message: times in ns, and a fixed number of values."""
+        """Add a message; times are in ns, and all messages have the same number of values."""
         self._times.extend((received, stamp))
         self._values.extend(values)
         self._width = len(values)
@@ -82,7 +82,7 @@ class FrameRow(NamedTuple):
 
 @dataclass
 class FrameUse:
-    """The messages on a topic with the same frame. Times are in ns."""
+    """The messages with a header on a topic that have the same frame_id. Times are in ns."""
 
     topic: str
     type: str
@@ -111,8 +111,8 @@ class Recording:
         self.edges: dict[EdgeKey, Rows] = {}
         self.states, self.positions = Rows(), dict[str, Rows]()  # messages of /joint_states, and positions by joint
         self.short_states = 0  # joint states with fewer positions than names
-        self.headers: dict[tuple[str, str, str], Rows] = {}  # topic, type, frame
-        self.slashed: dict[tuple[str, str], int] = {}  # topic, frame
+        self.headers: dict[tuple[str, str, str], Rows] = {}  # key: topic, type, frame
+        self.slashed: dict[tuple[str, str], int] = {}  # number of messages with a leading "/", by topic and frame
         self.descriptions = dict[bytes, None]()  # the texts of /robot_description
         self.troubles = list[Diagnostic]()
         self.answers, self.refused, self.rows = list[Answer](), list[Answer](), list[FrameRow]()
@@ -142,7 +142,7 @@ class Recording:
         """Add a message of /joint_states: times in ns, positions in rad or m."""
         self.states.add(received, stamp)
         self.short_states += 0 < len(positions) < len(names)
-        for name, position in zip(names, positions, strict=False):  # a message can have only velocities or efforts
+        for name, position in zip(names, positions, strict=False):  # messages may lack positions
             self.positions.setdefault(name, Rows()).add(received, stamp, (position,))
 
     def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
@@ -194,7 +194,7 @@ class Recording:
         return foreign and (name in self.description.frames or name in self.description.robot.link)
 
     def since_start(self, time: int) -> float:
-        """Return a time (ns) in seconds from the start of the recording."""
+        """Convert a time (ns) to seconds since the start of the recording."""
         return max(0, time - self.start) / SECOND
 
     @cached_property
@@ -216,7 +216,7 @@ class Recording:
         return chain
 
     def _look_up_all(self, use: FrameUse) -> None:
-        """Simulate tf2 lookups of a frame, for all its messages, in the root of the robot and in the parent of the root."""
+        """Simulate the tf2 lookups for all messages of a frame, in the root of the robot and in its parent frame."""
         start, base = self.start, self.description.top(use.frame)
         if (chain := self.chain(use.frame, base)) is None:
             use.early = use.pace.count

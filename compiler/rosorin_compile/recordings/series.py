@@ -226,7 +226,7 @@ class JointStates:
                 self._compare_follower(joint, robot.joint[joint.mimic.joint])
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the limits of a joint (rad or m), infinite if it has none."""
+        """Return the lower and upper limit of a joint (rad or m), or infinities if it has no limits."""
         joint = self.robot.joint.get(name)
         if joint is None or joint.limit is None or joint.type == "continuous":
             return -np.inf, np.inf

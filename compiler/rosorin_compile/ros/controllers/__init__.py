@@ -203,7 +203,7 @@ def against_robot(
     severity: str,
     others: Iterable[str] = (),
 ) -> Iterator[Finding]:
-    """Report parameters of a controller that disagree with a robot; ``severity`` is for numbers that differ.
+    """Report parameters of a controller that disagree with a robot; ``severity`` is that of wrong numbers.
 
     ``others`` are controllers that are not in the description; a joint "CONTROLLER/JOINT" may refer to them.
     """

@@ -94,7 +94,7 @@ def _setup_installs(text: str, file: str) -> bool:
 
 
 def undeclared_packages(package: Path, launch: Sequence[str]) -> list[str]:
-    """Return the packages that launch files (``launch`` are their texts) use and package.xml does not declare."""
+    """Return the packages that launch files, passed as texts, refer to and package.xml does not declare."""
     text = _text(package / "package.xml")
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
     started = [name for name in _NODES if any(name in one for one in launch)]

@@ -41,7 +41,7 @@ def problem(
 
 
 def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Remove duplicate findings, and sort the others by severity, stably."""
+    """Remove duplicate findings, and sort the others by severity; the order is otherwise unchanged."""
     unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:
         unique.setdefault((finding.rule, finding.of, finding.message), finding)

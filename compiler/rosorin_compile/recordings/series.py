@@ -21,7 +21,7 @@ Times = NDArray[np.int64]
 
 SECOND = 1_000_000_000
 SLICES = 240  # maximum number of time slices of a recording
-JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; by less, messages overtake each other
+JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; messages can overtake each other by less
 SIMULATED = 10**8 * SECOND  # ns: earlier stamps (before 1973) are simulation time, which starts at 0
 APART = 60.0  # s: stamps and times of arrival that always differ by more come from two clocks
 
@@ -183,7 +183,7 @@ class Leaps:
         self.largest = float(far[returned - 1].max(initial=0.0))
         first = min([*again[:1], *returned[:1]], default=0)
         self.pair = values[first - 1 : first + 1]  # the first two contradicting values, or empty
-        self.contradict = self.contradictions >= 3  # at least three stamps occur with two values
+        self.contradict = self.contradictions >= 3  # fewer can be a coincidence
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
         self.two = self.contradict or returns  # the stream seems to have two sources with different values
 

@@ -85,7 +85,7 @@ class Kind(NamedTuple):
     transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
-        """Return the parameter with a name, or else one whose variables match the name, or None."""
+        """Return the parameter with this name, else a parameter whose variables match the name, or None."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
@@ -242,7 +242,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem with a node or the value of a parameter (its name if ``at_key``); ``known`` can replace ``unknown``."""
+    """A problem with a node, or with a parameter value (its name if ``at_key``); ``known`` are names for ``unknown``."""
 
     rule: str
     message: str

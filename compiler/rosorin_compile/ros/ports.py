@@ -93,7 +93,7 @@ def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -
     for key, defaults in entry.get("stamped", {}).items():
         if (default := defaults.get(distribution)) is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
-        elif group == "control":  # without the parameter, they require a header
+        elif group == "control":  # controllers without the parameter require a header
             known |= {"stamp_parameter": "", "stamped": True}
     return Port(**known)
 

@@ -136,7 +136,7 @@ def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str])
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
     if wrong is not None and wrong.severity == "error":
-        return  # with an unknown type, every key would be an error
+        return  # without a valid type, every key would be reported
     diagnostics = list(check_node(node))
     yield from diagnostics
     if not node.type:

@@ -96,7 +96,7 @@ def _navigates(robot: Robot) -> bool:
 
 
 def _base(robot: Robot, frame: str) -> str:
-    """Return the frame vertically above or below the drive frame that is the child of an odometry edge, if any."""
+    """Return the frame vertically above or below the drive frame that odometry moves, else the drive frame."""
     base = frame
     while not any(edge.child == base for edge in robot.edges):
         joint = robot.joint_to.get(base)

@@ -154,7 +154,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     def above(frame: str) -> float:
         return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
 
-    # The range of obstacles contains the floor, the robot, and the planes of 2D lidars, which may be on a mast.
+    # The range of obstacle heights contains the floor, the robot, and the planes of 2D lidars.
     up, planes = above(made.base), [above(sensor.frame) for sensor in robot.sensors if sensor.type == _PLANAR]
     low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(options.get("headroom", 0.1))  # m

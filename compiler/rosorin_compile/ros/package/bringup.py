@@ -159,7 +159,7 @@ class Bringup:
         }
 
     def _localisation(self) -> dict[str, Any]:
-        """Return the template variables for localization: default of the launch argument ``slam``, its parameters."""
+        """Return the template variables for localization: the default of ``slam``, and parameters of slam_toolbox."""
         output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:

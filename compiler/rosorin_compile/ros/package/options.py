@@ -78,7 +78,7 @@ def file_name(name: str, otherwise: str) -> str:
 
 
 def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Mapping[str, bool | None]) -> Options:
-    """Return the stored options of a package, updated with the ones that are not None. Raises RequestError."""
+    """Return the stored options of a package, updated with all arguments that are not None. Raises RequestError."""
     given: dict[str, Any] = {key: value for key, value in texts.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))
     for key, value in given.items():

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rosorin_compile.source.xml.markup import Document
 
 Entries = Mapping[str, Mapping[str, Any]]
-_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # the sphere that MoveIt expects for a link without collision shapes
+_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # the radius 0 means that the link has no collision shapes
 
 
 @dataclass(frozen=True)

@@ -242,7 +242,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem with a node, or with a parameter value (its name if ``at_key``); ``known`` are names for ``unknown``."""
+    """A problem with a node or a parameter value (its name if ``at_key``); ``known`` are names for ``unknown``."""
 
     rule: str
     message: str

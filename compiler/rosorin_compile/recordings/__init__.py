@@ -1,7 +1,7 @@
 """Compare recordings of a running robot with its description.
 
-``bags`` and ``tf2_echo_text`` read messages into a ``Recording``. ``expected_edges`` has the edges of the description.
-``judge`` and ``judge_edges`` compare the two and yield findings. ``results`` formats them.
+``bags`` and ``tf2_echo_text`` read messages into a ``Recording``. ``expected_edges`` lists the transforms (edges) in
+the description. ``judge`` and ``judge_edges`` compare both and yield findings, which ``results`` formats.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ def verify(
     prefix: str = "",
     trust: bool = False,
 ) -> Verification:
-    """Compare a recording of the running robot with its description; ``findings`` are the differences.
+    """Compare a recording of the running robot with its description; differences are in ``findings`` of the result.
 
     Args:
         source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
             ``-`` for such text on standard input.
-        modes: Modes that were on or off; the others are detected.
-        without: Nodes that were not running.
+        modes: Modes that were on (True) or off (False); modes that are not listed are detected.
+        without: Names of nodes that were not running.
         pose: The named pose of the joints while ``tf2_echo`` ran.
         frames: The source and the target frame of the output of ``tf2_echo``.
         since: Start this many seconds after the start of the recording.
         until: Stop this many seconds after the start of the recording.
-        stale: The maximum age of a transform in s.
+        stale: The age (s) above which a transform is reported as stale.
         namespace: The namespace of the topics, such as ``robot1``.
         prefix: The prefix of the recorded frames, such as ``robot1/``.
     """

@@ -1,4 +1,4 @@
-"""The edges that a running robot should publish according to its description, and their tolerances."""
+"""The transforms (edges) that a running robot should publish according to its description, and their tolerances."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,15 +11,15 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 
-# Differences below 1e-6 m or rad are caused by the conversion to quaternions.
+# Conversion to quaternions causes differences below 1e-6 m or rad.
 EXACT = 1e-6
-# number_format six rounds each angle by up to 5e-7 rad; a rotation has three angles and a rounded axis.
+# "number_format: six" changes each angle by up to 5e-7 rad; a rotation has three angles and a rounded axis.
 SIX_ANGLE = 4e-6
 
 
 @dataclass(frozen=True)
 class Options:
-    """The options of one comparison; see ``rosorin_compile.verify``."""
+    """The options of a comparison, as in ``rosorin_compile.verify``."""
 
     modes: Mapping[str, bool] = field(default_factory=dict)
     without: frozenset[str] = frozenset()
@@ -34,10 +34,10 @@ class Options:
 
 @dataclass(frozen=True)
 class ExpectedEdge:
-    """An edge that should be published.
+    """A transform parent -> child (an edge) that a node should publish.
 
-    ``transform`` is its value (at position zero for a moving joint), or None if only the publisher knows it. The
-    tolerance is 1e-6 m and ``radians``.
+    ``transform`` is the value (for a moving joint, at position zero), or None if the description does not determine it.
+    Recorded values may differ by 1e-6 m and ``radians``.
     """
 
     parent: str
@@ -56,23 +56,23 @@ class ExpectedEdge:
 
     @property
     def value(self) -> tuple[str, bool, Transform | None]:
-        """The values that are compared with a recording."""
+        """The parent, whether the edge moves, and the transform, to compare edges of different modes."""
         return self.parent, self.moving, self.transform
 
     @property
     def owner(self) -> str:
-        """The node that should publish it."""
+        """The name of the node that should publish the edge."""
         is_static = self.publisher.kind == STATIC_TRANSFORM_PUBLISHER
         return f"{self.publisher.name} (static_transform_publisher)" if is_static else self.publisher.name
 
     @property
     def advice(self) -> str:
-        """The help text that its node should publish it."""
+        """The help text of findings: "NODE should publish PARENT -> CHILD"."""
         return f"{self.owner} should publish {self.name}"
 
 
 class Description:
-    """The published tree of a robot, as far as its description determines it."""
+    """The tf2 tree that a robot should publish according to its description and the options of the comparison."""
 
     def __init__(self, robot: Robot, options: Options) -> None:
         self.robot = robot
@@ -81,7 +81,7 @@ class Description:
 
     @cached_property
     def by_child(self) -> Mapping[str, Sequence[ExpectedEdge]]:
-        """The expected edges by child frame, over all possible modes."""
+        """The edges that are expected in at least one combination of modes, by child frame."""
         by_child: dict[str, list[ExpectedEdge]] = {}
         possible = list(self._combinations())
         for edge in (edge for edge in self.edges if any(holds(edge.when, modes) for modes in possible)):
@@ -90,13 +90,13 @@ class Description:
 
     @cached_property
     def frames(self) -> frozenset[str]:
-        """The frames of the running tree."""
+        """The parents and children of all expected edges."""
         return frozenset(name for edge in self.edges for name in (edge.parent, edge.child))
 
     def edge_like(
         self, parent: str, child: str, static: bool | None = None, first: Transform | None = None
     ) -> ExpectedEdge | None:
-        """Return the described edge that best matches a recorded one; a frame can have several because of modes."""
+        """Return the expected edge most similar to a recorded edge; with modes, several edges can lead to ``child``."""
 
         def unlikeness(edge: ExpectedEdge) -> tuple[bool, bool, float]:
             far = 1.0
@@ -114,24 +114,24 @@ class Description:
         return frame
 
     def owners(self, child: str) -> str:
-        """Return the nodes that can publish the edge to a frame."""
+        """Return the names of the nodes that can publish the edge to a frame, joined by "or"."""
         edges = self.by_child.get(child, ())
         active = [edge for edge in edges if any(edge in way for _, way in self.ways())] if len(edges) > 1 else edges
         return " or ".join(dict.fromkeys(edge.owner for edge in active or edges))
 
     @cached_property
     def joint_names(self) -> frozenset[str]:
-        """The joints that /joint_states should contain: all that robot_state_publisher moves, except mimic joints."""
+        """The joints that /joint_states should contain: those that robot_state_publisher moves, except mimic joints."""
         return frozenset(self.leader(joint) for joint in self.robot.published_by(ROBOT_STATE_PUBLISHER) if joint.moves)
 
     def leader(self, joint: Joint) -> str:
-        """Return the joint whose position determines that of a joint: its leader, or itself."""
+        """Follow mimic joints to the joint that they mimic, and return it; return other joints unchanged."""
         while joint.mimic is not None:
             joint = self.robot.joint[joint.mimic.joint]
         return joint.name
 
     def ways(self) -> Iterator[tuple[Mapping[str, bool], list[ExpectedEdge]]]:
-        """Yield each possible combination of modes with the edges that should be published in it."""
+        """Yield each possible combination of modes with the edges that should be published in that combination."""
         without = self.options.without
         running = [edge for edge in self.edges if without.isdisjoint((edge.publisher.name, edge.publisher.kind))]
         yield from ((modes, [edge for edge in running if holds(edge.when, modes)]) for modes in self._combinations())
@@ -157,7 +157,7 @@ def _edges(robot: Robot) -> Iterator[ExpectedEdge]:
 
 
 def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> ExpectedEdge:
-    """Return the expected edge of a joint; it has no value if the joint has several degrees of freedom."""
+    """Return the expected edge of a joint; ``transform`` is None if the joint has several degrees of freedom."""
     free = joint.type in SEVERAL_COORDINATES and not by_urdf
     ends, value = (edge.parent, edge.child), None if free else joint.transform(0.0)
     place = ("joint", joint.name)

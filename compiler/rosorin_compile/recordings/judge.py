@@ -1,4 +1,4 @@
-"""Compare a recording with its description, and return findings by severity (``judge_edges`` compares edges)."""
+"""Compare a recording with its description, and return the findings, errors first (``judge_edges`` checks edges)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -20,15 +20,15 @@ from .series import AHEAD, SIMULATED, Pace
 
 _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
-# AMCL dates map -> odom 1 s ahead (transform_tolerance), slam_toolbox 0.5 s; more than this (s) is reported.
+# A lead (s) above this is reported. AMCL stamps map -> odom 1 s ahead (transform_tolerance), slam_toolbox 0.5 s.
 _FAR_AHEAD = 1.2
-# Clocks that differ by less than this fraction, or by less than this many seconds, count as the same.
+# Streams are attributed to the same clock if their leads differ by less than this fraction or this time (s).
 _SIMILAR, _NEAR = 0.1, 0.1
-_FAILS = 0.05  # share of failed lookups that is reported; a few are normal, because messages overtake each other
-# Packages whose messages have a meaningful frame; in other messages, only the stamp of the header may be used.
+_FAILS = 0.05  # minimum share of failed lookups to report; a few are normal, because messages overtake each other
+# Packages whose messages need a valid frame_id: an unknown frame is an error, in other packages a warning.
 _PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
-# The messages of the sensor types that ship with the tool (parts/sensors.yaml).
+# Message types by sensor type of the built-in parts (parts/sensors.yaml).
 _MESSAGES = {
     "lidar_2d": ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"),
     "lidar_3d": ("sensor_msgs/msg/PointCloud2",),
@@ -42,14 +42,14 @@ _MESSAGES = {
 }
 _OF_SENSORS = {each for types in _MESSAGES.values() for each in types}
 
-Leads = Sequence[tuple[str, float]]  # name of a stream, and how far ahead of arrival it is stamped (s)
+Leads = Sequence[tuple[str, float]]  # stream name, and the time (s) by which stamps are ahead of arrival
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Compare a recording with its description and the compiled artifacts."""
     Progress.step("judging the recording")
     findings = list(recording.troubles)
-    if (prefix := check_prefix(recording)) is not None:  # frames with other names cannot be compared
+    if (prefix := check_prefix(recording)) is not None:  # with a different prefix, no frame can be compared
         findings += [prefix, *_clocks(recording), *_joints(recording)]
         return sort_findings([*findings, *_robot_description(recording, artifacts)])
     findings += dropped_transforms(recording)
@@ -65,7 +65,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
 
 
 def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
-    """Yield the finding for a recording without transforms, or without any described edge."""
+    """Yield a finding if a recording has no transforms, or none that is in the description."""
     topics, subject = sorted(recording.topics), "the recording"
     if not has_tree and recording.messages == 0 and not topics:
         yield problem("recording-empty", subject, "the recording has no messages")
@@ -128,7 +128,7 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
-    """Yield the differences between the URDF that ran and the compiled one."""
+    """Yield findings for differences between the recorded /robot_description and the compiled URDF."""
     if (compiled := next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)) is None:
         return
     if len(recording.descriptions) > 1:
@@ -164,14 +164,14 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def answer_outcome(recording: Recording, answer: Answer) -> str:
-    """Return a short text for how an answer of tf2_echo compares with the description."""
+    """Return "as described", "not as described" or "not compared" for an answer of tf2_echo."""
     if (finding := _answer(recording, answer)) is None:
         return "as described"
     return "not compared" if finding.rule == "not-compared" else "not as described"
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
-    """Return the finding for the first printed form of a tf2_echo answer that differs, or None."""
+    """Compare a tf2_echo answer (quaternion, RPY or matrix) with the description; return a finding if it differs."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (frame for frame in (answer.source, answer.target) if frame not in known):
@@ -221,7 +221,7 @@ def _clocks(recording: Recording) -> Iterator[Diagnostic]:
         message = f"the stamps of {first_of([one for one, _ in back], _FEW)} jump back, by {seconds(far)} at most"
         yield problem("stamp-jumps-back", name, f"{message}{where}")
     if not recording.timed:
-        leads = [(one.name, -one.age) for one in moving if one.age is not None]  # as view_frames printed them
+        leads = [(one.name, -one.age) for one in moving if one.age is not None]  # from view_frames
         yield from _other(recording, [(name, lead) for name, lead in leads if abs(lead) > YEAR])
         yield from _ahead([(name, lead) for name, lead in leads if lead <= YEAR])
         return
@@ -248,7 +248,7 @@ def _are(names: Sequence[str]) -> str:
 
 
 def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
-    """Yield the findings for streams with a different clock, behind or ahead."""
+    """Yield findings for streams that are stamped by another clock, which is behind or ahead."""
     for ahead in (False, True):
         if not (group := [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]):
             continue
@@ -262,7 +262,7 @@ def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _ahead(leads: Leads) -> Iterator[Diagnostic]:
-    """Yield the findings for streams that are stamped ahead of arrival, one for each clock."""
+    """Yield findings for streams that are stamped ahead of arrival; streams with a similar lead share a finding."""
     waiting = sorted((one for one in leads if one[1] > _FAR_AHEAD), key=lambda one: -one[1])
     while waiting:
         most = waiting[0][1]
@@ -275,7 +275,7 @@ def _ahead(leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _sensors(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for frames of stamped messages, one for each frame."""
+    """Yield the findings for the frame_id of messages with a header, at most one for each frame."""
     failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:
@@ -343,14 +343,14 @@ def _slashed(recording: Recording, use: FrameUse) -> Diagnostic:
 
 
 def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield a finding for each sensor whose frame no message has, if all messages of its types have another frame."""
+    """Yield findings for sensors whose declared frame is not the frame_id of any message of their types."""
     suspects: dict[tuple[str, ...], list[Sensor]] = {}
     sensors = recording.description.robot.sensors
     for sensor in sensors:
         types = _MESSAGES.get(sensor.type, ())
         used = {use.frame for use in recording.uses if use.type in types or use.type not in _OF_SENSORS}
         if sensor.stamps and not used & set(sensor.stamps):
-            explained = set()  # a frame of another node or sensor, with a finding, or below the frame of the sensor
+            explained = set()  # topics with a frame of another node or sensor, below this sensor, or already reported
             for use in recording.uses:
                 stamps = [one.stamps for one in recording.description.robot.publishers]
                 stamps += [one.stamps for one in sensors if use.type in _MESSAGES.get(one.type, (use.type,))]

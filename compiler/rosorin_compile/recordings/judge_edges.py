@@ -1,4 +1,4 @@
-"""Check recorded edges: values, parents, topics and modes, and edges that are missing, late or stale."""
+"""Check recorded transforms (edges): values, parents, topics, modes, and whether they are missing, late or stale."""
 
 import shlex
 from collections import Counter
@@ -14,7 +14,7 @@ from .recording import Recording
 from .results import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
 from .series import APART, SECOND, Leaps, Series, transform_from
 
-_REPEATED = 0.4  # share of repeated stamps that indicates two publishers
+_REPEATED = 0.4  # minimum share of repeated stamps that indicates two publishers
 _FEW = 3
 _LATE = 1.0  # s: an edge on /tf that arrives within this time was published before the recording started
 
@@ -67,7 +67,7 @@ def dropped_transforms(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterator[Diagnostic]:
-    """Yield the findings for the parents and topics of a frame in the description."""
+    """Yield findings for a frame with several parents, a wrong parent, or transforms on the wrong topic."""
     expected = recording.description.by_child[child]
     parents, described = list(dict.fromkeys(one.parent for one in group)), [edge.parent for edge in expected]
     if len(parents) > 1:
@@ -95,7 +95,7 @@ def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterato
 
 
 def _not_published(recording: Recording, series: Series) -> Diagnostic | None:
-    """Return the finding for an edge of the description that no node should publish in these modes."""
+    """Return a finding if a recorded edge is in the description, but no node should publish it in these modes."""
     description = recording.description
     conditions = [edge.when for edge in description.edges if edge.child == series.child]
     message, help = f"{series.name} was published, but ", "look what --mode says, and what runs"
@@ -115,7 +115,7 @@ def _evidence(series: Series) -> str:
 
 
 def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
-    """Yield findings for values that are not transforms, differ from the description, or contradict each other."""
+    """Yield findings for invalid transforms, and for values that contradict the description or each other."""
     name, edge = series.name, series.edge
     if series.bad:
         message = f"{name}: {share(series.bad, series.pace.count)} are not transforms (NaN, or a quaternion not of "
@@ -140,7 +140,7 @@ def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
 
 
 def leaps_text(leaps: Leaps) -> str:
-    """Return a text for why a stream seems to have two sources."""
+    """Return the reason why a stream seems to have two sources, for the evidence of a finding."""
     if leaps.contradict:
         return f"{share(leaps.contradictions, leaps.steps)} stamps come twice with different values"
     return f"{share(leaps.returns, leaps.steps)} samples leap back to where it was, by {leaps.largest:.3g} m or rad"
@@ -149,7 +149,7 @@ def leaps_text(leaps: Leaps) -> str:
 class Way(NamedTuple):
     """A combination of modes with its expected edges.
 
-    ``others`` are recorded edges of other modes, each with the expected edge; ``text`` describes the modes.
+    ``others`` pairs each recorded edge of another combination with the expected edge; ``text`` describes the modes.
     """
 
     modes: Mapping[str, bool]
@@ -160,7 +160,7 @@ class Way(NamedTuple):
 
 
 def best_way(recording: Recording) -> Way:
-    """Return the combination of modes with the fewest missing edges; among those, the one that matches best."""
+    """Return the combination of modes with the fewest missing edges and, in a tie, the fewest edges of other modes."""
     ways = []
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
@@ -172,7 +172,7 @@ def best_way(recording: Recording) -> Way:
 
 
 def other_modes(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield a finding for recorded edges that belong to different modes than the others."""
+    """Yield a finding for each recorded edge that contradicts the most likely combination of modes."""
     way = best_way(recording)
     for edge, own in way.others:
         message = f"{edge.name} is as described when {edge.when or 'no mode says otherwise'}, but the others are those "
@@ -181,10 +181,10 @@ def other_modes(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def check_prefix(recording: Recording) -> Diagnostic | None:
-    """Return the finding if all frames have a different prefix than the description and --prefix, or None."""
+    """Return a finding if --prefix does not match the prefix of all recorded frames, or None."""
     frames, description = recording.tree_frames, recording.description
     known, requested = description.frames | set(description.robot.link), description.options.prefix
-    # A prefix counts if at least half of the frames without it are in the description.
+    # A text is a prefix if removing it turns at least half of the frames into frames of the description.
     counts = Counter(name[:at] for name in frames for at in range(1, len(name)) if name[at:] in known)
     fitting = [text for text, count in counts.items() if 2 * count >= len(frames) and not frames & known]
     prefix = next((text for text in fitting if all(name.startswith(text) for name in frames)), "")
@@ -199,11 +199,11 @@ def check_prefix(recording: Recording) -> Diagnostic | None:
 
 
 def missing(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for edges that were not published, one for each node."""
+    """Yield findings for expected edges that were not published, one for each node."""
     if not recording.complete:
         return
     way, description, silent = best_way(recording), recording.description, frozenset[str]()
-    if recording.joints.pace.count:  # missing joints in /joint_states are a separate finding
+    if recording.joints.pace.count:  # another finding reports joints that are missing in /joint_states
         silent = description.joint_names - recording.joints.reported.keys()
     no_static = recording.timed and not any(series.static for series in recording.series.values())
     if no_static and (static := [edge.name for edge in way.missing if not edge.moving]):
@@ -230,7 +230,7 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def stale(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for moving edges whose newest sample was too old, one for each node."""
+    """Yield findings for moving edges whose newest transform was older than --stale, one for each node."""
     limit, silence, end = recording.description.options.stale, recording.silence, recording.end
     for series in recording.series.values():
         if series.age is not None and series.edge and not series.static and limit < series.age <= YEAR:
@@ -254,7 +254,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
             return False
         if (step := pace.step) is None:
             return True
-        # A clock that was set is a separate finding.
+        # Another finding reports steps of the clock. A pause of the recorder can look like such a step.
         of_recorder = silence.seconds > _LATE and abs(step.size - silence.seconds) < _LATE
         return not of_recorder and min(step.before, step.after) >= -APART
 
@@ -273,7 +273,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _by_owner(series: Iterable[Series]) -> Iterable[list[Series]]:
-    """Group edges by the node that publishes them; an edge without a known node is a separate group."""
+    """Group edges by the node that publishes them; each edge without a known node forms its own group."""
     groups: dict[str, list[Series]] = {}
     for one in series:
         groups.setdefault(one.owner or one.name, []).append(one)
@@ -286,10 +286,10 @@ def _names(group: Sequence[Series], first: Series) -> str:
 
 
 def late(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for moving edges that first arrived long after the start, one for each node."""
+    """Yield findings for moving edges that first arrived long after the start, one for each node."""
 
     def waited(series: Series) -> float:
-        """Return the time (s) from the start to the first transform, without a pause of the recorder."""
+        """Return the time (s) from the start to the first transform, minus a pause of the recorder."""
         time, silence = recording.since_start(series.pace.first), recording.silence
         return time - (silence.seconds if silence.seconds > _LATE and series.pace.first > silence.at else 0.0)
 

@@ -1,4 +1,4 @@
-"""``Recording``, which collects messages and sorts them by edge, joint and topic."""
+"""The class ``Recording``, which collects messages by transform (edge), joint and topic."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -19,21 +19,21 @@ _NO_TIMES: Times = np.empty(0, np.int64)
 
 
 class Rows:
-    """The messages of an edge, of a joint, or of a frame on a topic."""
+    """Buffer for the messages of a transform, the positions of a joint, or the headers with a frame on a topic."""
 
     def __init__(self) -> None:
         self._times = array("q")
         self._values, self._width = array("d"), 0
 
     def add(self, received: int, stamp: int, values: Sequence[float] = ()) -> None:
-        """Add a message: times in ns, and a fixed number of values."""
+        """Add a message; times are in ns, and all messages have the same number of values."""
         self._times.extend((received, stamp))
         self._values.extend(values)
         self._width = len(values)
 
     @property
     def times(self) -> Times:
-        """Times of arrival and stamps (2, n)."""
+        """Times of arrival and stamps (2, n) in ns."""
         return np.asarray(np.frombuffer(self._times, np.int64).reshape(-1, 2).T, np.int64)
 
     def messages(self, clock: Times | None) -> Messages:
@@ -44,7 +44,7 @@ class Rows:
 
 
 class Reading(NamedTuple):
-    """One form in which tf2_echo prints a transform (None: not printed); tolerances are half of the last digit."""
+    """A translation and rotation (``turn``) from tf2_echo, None if not printed, and their rounding tolerances."""
 
     xyz: Vector | None
     turn: Transform | None
@@ -53,9 +53,9 @@ class Reading(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """An answer of tf2_echo: the pose of ``target`` in ``source``, and the number of its first line in the text.
+    """The output of tf2_echo: the pose of ``target`` in ``source``, from ``line`` of the text.
 
-    ``why`` is the reason if tf2 had no answer. ``positions`` are the known joint positions (rad or m).
+    ``why`` is the error message if tf2 found no transform. ``positions`` are the known joint positions (rad or m).
     """
 
     source: str
@@ -71,7 +71,7 @@ class Answer(NamedTuple):
 
 
 class FrameRow(NamedTuple):
-    """A frame in view_frames: rate in Hz, and the age of its newest transform in s, or None if unknown."""
+    """A frame in view_frames, with its rate in Hz and the age of its newest transform in s, or None if unknown."""
 
     parent: str
     child: str
@@ -82,24 +82,24 @@ class FrameRow(NamedTuple):
 
 @dataclass
 class FrameUse:
-    """The messages on a topic with the same frame. Times are in ns."""
+    """The messages with a header on a topic that have the same frame_id. Times are in ns."""
 
     topic: str
     type: str
     frame: str
     pace: Pace
     slashed: int = 0  # messages with a leading "/" in the frame
-    early: int = 0  # messages that arrived before the frame was in the tree
-    ready: int | None = None  # time when the frame was in the tree
-    waited_for: str = ""  # edge that arrived last
+    early: int = 0  # messages that arrived before the frame was connected to the tree
+    ready: int | None = None  # time when the frame was connected to the tree, or None
+    waited_for: str = ""  # the edge that arrived last and connected the frame
     lookups: dict[str, Lookup] = field(default_factory=dict)
-    slowest: dict[str, Series] = field(default_factory=dict)  # edge that caused most failed lookups, by target frame
+    slowest: dict[str, Series] = field(default_factory=dict)  # by target frame: edge that caused most failed lookups
 
 
 class Recording:
     """The contents of a recording.
 
-    If ``complete``, edges that are not in it were not published; if ``timed``, arrival times are known.
+    If ``complete``, edges that are not recorded were not published; if ``timed``, times of arrival are known.
     Readers add messages and call ``finish``; afterwards ``series``, ``joints`` and ``uses`` have their statistics.
     """
 
@@ -111,22 +111,22 @@ class Recording:
         self.edges: dict[EdgeKey, Rows] = {}
         self.states, self.positions = Rows(), dict[str, Rows]()  # messages of /joint_states, and positions by joint
         self.short_states = 0  # joint states with fewer positions than names
-        self.headers: dict[tuple[str, str, str], Rows] = {}  # topic, type, frame
-        self.slashed: dict[tuple[str, str], int] = {}  # topic, frame
+        self.headers: dict[tuple[str, str, str], Rows] = {}  # key: topic, type, frame
+        self.slashed: dict[tuple[str, str], int] = {}  # number of messages with a leading "/", by topic and frame
         self.descriptions = dict[bytes, None]()  # the texts of /robot_description
         self.troubles = list[Diagnostic]()
         self.answers, self.refused, self.rows = list[Answer](), list[Answer](), list[FrameRow]()
         self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: parent equals child, or an empty name
-        self.tree_frames: set[str] = set()  # names with the prefix
+        self.tree_frames: set[str] = set()  # recorded names, which include the prefix
         self.series: dict[EdgeKey, Series] = {}
         self.parents: dict[str, str] = {}
         self.uses: list[FrameUse] = []
         self.joints: JointStates
 
     def frame(self, name: str) -> str:
-        """Return the name in the description for a recorded frame, without a leading "/" and without the prefix.
+        """Convert a recorded frame_id to a name of the description: remove a leading "/" and the option ``prefix``.
 
-        A link without the prefix is a different frame, because robot_state_publisher prefixes all links.
+        For a link that lacks the prefix, return "NAME without PREFIX", because it is not a frame of this robot.
         """
         name, prefix = name.removeprefix("/"), self.description.options.prefix
         if prefix and not name.startswith(prefix) and name in self.description.robot.link:
@@ -134,26 +134,26 @@ class Recording:
         return name.removeprefix(prefix)
 
     def tree_frame(self, name: str) -> str:
-        """Return the name in the description for a frame of a transform, and record its full name."""
+        """Convert a frame_id of a transform as ``frame`` does, and add the recorded name to ``tree_frames``."""
         self.tree_frames.add(name.removeprefix("/"))
         return self.frame(name)
 
     def add_state(self, received: int, stamp: int, names: Sequence[str], positions: Sequence[float]) -> None:
-        """Add a joint state: times in ns, positions in rad or m."""
+        """Add a message of /joint_states: times in ns, positions in rad or m."""
         self.states.add(received, stamp)
         self.short_states += 0 < len(positions) < len(names)
-        for name, position in zip(names, positions, strict=False):  # a message can have only velocities or efforts
+        for name, position in zip(names, positions, strict=False):  # messages may lack positions
             self.positions.setdefault(name, Rows()).add(received, stamp, (position,))
 
     def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
-        """Add the header of a message: times in ns."""
+        """Add the std_msgs/Header of a message; times are in ns."""
         name = self.frame(frame)
         self.headers.setdefault((topic, message_type, name), Rows()).add(received, stamp)
         if frame.startswith("/"):
             self.slashed[topic, name] = self.slashed.get((topic, name), 0) + 1
 
     def finish(self, clock: Times | None = None) -> None:
-        """Sort the messages, and compare the transforms with the description.
+        """Compute ``series``, ``joints`` and ``uses`` from the messages, after all messages are added.
 
         ``clock`` (2, n) maps times of arrival (ns, ascending) to another clock.
         """
@@ -188,25 +188,25 @@ class Recording:
         return series
 
     def _is_of_other_robot(self, frame: str) -> bool:
-        """Return True if a frame has the prefix of another robot of a fleet."""
+        """Return True if a frame is a frame of this description with the prefix of another robot in a fleet."""
         name = frame.rpartition("/")[2]
         foreign = bool(self.description.options.prefix) and "/" in frame and " " not in frame
         return foreign and (name in self.description.frames or name in self.description.robot.link)
 
     def since_start(self, time: int) -> float:
-        """Return a time (ns) in seconds from the start of the recording."""
+        """Convert a time (ns) to seconds since the start of the recording."""
         return max(0, time - self.start) / SECOND
 
     @cached_property
     def into(self) -> Mapping[str, list[Series]]:
-        """The recorded edges into each frame, in the order in which they first occurred."""
+        """The recorded edges by child frame, in the order in which they first occurred."""
         by_child: dict[str, list[Series]] = {}
         for series in self.series.values():
             by_child.setdefault(series.child, []).append(series)
         return by_child
 
     def chain(self, frame: str, target: str) -> list[Series] | None:
-        """Return the recorded edges from a frame up to ``target``, or None if there is no path."""
+        """Return the recorded edges from a frame up to its ancestor ``target``, or None if there is no path."""
         chain: list[Series] = []
         while frame != target:
             if (parent := self.parents.get(frame)) is None or len(chain) > len(self.parents):
@@ -216,7 +216,7 @@ class Recording:
         return chain
 
     def _look_up_all(self, use: FrameUse) -> None:
-        """Look up a frame, for each message with that frame, in the root of the robot and in the parent of the root."""
+        """Simulate the tf2 lookups for all messages of a frame, in the root of the robot and in its parent frame."""
         start, base = self.start, self.description.top(use.frame)
         if (chain := self.chain(use.frame, base)) is None:
             use.early = use.pace.count
@@ -224,9 +224,9 @@ class Recording:
             use.ready = start
             for series in chain:
                 came = series.pace.first
-                if series.static and series.pace.first_stamp > 0:  # a recorder that joins later receives it late
+                if series.static and series.pace.first_stamp > 0:  # latched: published before it arrived
                     came = min(came, series.pace.first_stamp)
-                elif not series.static and came - start <= SECOND:  # it was available before
+                elif not series.static and came - start <= SECOND:  # published before the recording started
                     came = start
                 if came > use.ready:
                     use.ready, use.waited_for = came, series.name
@@ -238,9 +238,9 @@ class Recording:
 
 
 def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> None:
-    """Look up a frame in ``target`` at the stamp of each message, with the transforms received by then.
+    """Simulate lookupTransform to ``target`` at the stamp of each message when it arrives, and count failures.
 
-    tf2 can answer if each moving edge has samples on both sides of the stamp (tf2/src/time_cache.cpp).
+    A lookup fails if the stamp is newer than the newest transform of a moving edge (tf2/src/time_cache.cpp).
     """
     moving = [series for series in reversed(chain) if not series.static]
     begin = max([series.pace.first_stamp for series in moving] + [use.ready or 0])

@@ -1,6 +1,6 @@
-"""Findings about recordings, and the result of verify as JSON values, text tables, and JUnit XML for CI.
+"""Findings about recordings, and the result of ``verify`` as dataclasses, text tables, and JUnit XML for CI.
 
-The schema of the JSON is ``schemas/recording.schema.json``.
+The JSON schema of the result is ``schemas/recording.schema.json``.
 """
 
 import math
@@ -17,13 +17,13 @@ from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.wording import and_more, count_of, mask_controls, printable
 
 YEAR = 365.25 * 86400.0  # s
-_NEAR = math.radians(2.0)  # tolerance for a half turn or a quarter turn
+_NEAR = math.radians(2.0)  # rad: tolerance for rotations by 90 or 180 degrees
 _AXES = ("x", "y", "z")
 _EDGE_HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "value")
 _SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
 _MAX_ROWS = 200
-_NO_TIME = 0.5e-3  # s: smaller offsets are within the accuracy of reading a clock
-# Errors for recordings with too little data to compare.
+_NO_TIME = 0.5e-3  # s: smaller offsets between clocks are measurement errors
+# Rules that report a recording as unsuitable for a comparison.
 _TOO_LITTLE = {"recording-empty", "recording-foreign", "recording-type", "recording-no-static", "frames-prefixed"}
 _TOO_LITTLE |= {"text-not-understood", "text-frames", "not-compared"}
 
@@ -31,9 +31,9 @@ _TOO_LITTLE |= {"text-not-understood", "text-frames", "not-compared"}
 def problem(
     rule: str, subject: str, message: str, help: Help = "", evidence: Iterable[str] = (), severity: str = ""
 ) -> Diagnostic:
-    """Return a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message.
+    """Create a finding about a subject (an edge, topic or joint); ``evidence`` is printed below the message.
 
-    By default, help and severity are those of the rule.
+    If ``help`` or ``severity`` is empty, the default of the rule is used.
     """
     related, known = tuple(Related(line, None) for line in evidence), find_declared(rule)
     usual = known.help[:1].lower() + known.help[1:].rstrip(".").replace("`", "")
@@ -41,7 +41,7 @@ def problem(
 
 
 def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Remove duplicate findings, and sort by severity; the order is otherwise unchanged."""
+    """Remove duplicate findings, and sort the others by severity; the order is otherwise unchanged."""
     unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:
         unique.setdefault((finding.rule, finding.of, finding.message), finding)
@@ -49,7 +49,7 @@ def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def seconds(value: float) -> str:
-    """Return a time in s, ms or years with at most three digits.
+    """Format a duration in s, ms or years with at most three digits.
 
     >>> seconds(12.34), seconds(0.0981), seconds(0.0021), seconds(1.79e9)
     ('12.3 s', '98 ms', '2.1 ms', '56.7 years')
@@ -65,7 +65,7 @@ def rate_text(rate: float | None) -> str:
 
 
 def share(part: int, total: int) -> str:
-    """Return a part of a total: '12 of 300 (4 %)'."""
+    """Format a share of a total with its percentage: '12 of 300 (4 %)'."""
     percent = 100 * part / total if total else 0.0
     shown = f"{percent:.0f}" if percent >= 1 or percent == 0 else f"{percent:.1g}"
     return f"{part:,} of {total:,} ({shown} %)"
@@ -86,7 +86,7 @@ def _short(value: float, digits: int) -> str:
 
 
 def difference(described: Transform, recorded: Transform) -> tuple[float, float, str]:
-    """Return the distance between two transforms in m and rad, and a description of the difference.
+    """Return the distance between two transforms (m), the angle between them (rad), and the difference as text.
 
     Translations are along the axes of the parent, rotations about the axes of the described child.
     """
@@ -111,20 +111,20 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
 
 def value_rule(described: Transform, recorded: Transform) -> str:
-    """Return the rule for a wrong value; a half turn about z suggests a sensor that is mounted backwards."""
+    """Return the rule that reports a wrong value; a half turn about z suggests a sensor that is mounted backwards."""
     axis, angle = described.turn_to(recorded)
     return "mounted-backwards" if abs(angle - math.pi) <= _NEAR and _main_axis(axis) == "z" else "edge-wrong-value"
 
 
 def _main_axis(axis: Vector) -> str:
-    """Return "x", "y" or "z" for a unit vector within 4 degrees of that axis, otherwise an empty string."""
+    """Return the axis, "x", "y" or "z", that is within 4 degrees of a unit vector, or "" if there is none."""
     largest = max(range(3), key=lambda at: abs(axis[at]))
     return _AXES[largest] if abs(axis[largest]) > math.cos(2 * _NEAR) else ""
 
 
 @dataclass(frozen=True)
 class RecordedEdge:
-    """An edge on a topic, or a missing edge."""
+    """A transform parent -> child (an edge) on /tf or /tf_static, or an expected edge that was not recorded."""
 
     parent: Annotated[str, "The parent frame."]
     child: Annotated[str, "The child frame."]
@@ -143,13 +143,13 @@ class RecordedEdge:
 
     @property
     def name(self) -> str:
-        """The parent and child as text."""
+        """The edge as text, such as "base_link -> laser"."""
         return f"{self.parent} -> {self.child}"
 
 
 @dataclass
 class RecordedJoint:
-    """A joint in /joint_states; a mimic joint is compared with its leader."""
+    """A joint in /joint_states; a mimic joint is compared with the joint that it mimics."""
 
     name: Annotated[str, "Its name."]
     lowest: Annotated[float | None, "The lowest position in radians or metres."]
@@ -164,7 +164,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class Lookup:
-    """Results of looking up the frame of each message at its stamp, at its time of arrival."""
+    """The simulated tf2 lookups of a frame in ``target`` at the stamp of each message, when the message arrived."""
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]
@@ -175,7 +175,7 @@ class Lookup:
 
 @dataclass(frozen=True)
 class RecordedSensor:
-    """The messages on a topic with the same frame."""
+    """The messages with a header on a topic that have the same frame_id."""
 
     topic: Annotated[str, "The topic."]
     type: Annotated[str, "Its type; empty if unknown."]
@@ -190,7 +190,7 @@ class RecordedSensor:
 
 @dataclass(frozen=True)
 class EchoAnswer:
-    """An answer of tf2_echo."""
+    """A transform that tf2_echo printed, compared with the description."""
 
     name: Annotated[str, "The source and the target frame."]
     line: Annotated[int, "The line of the text where it begins."]
@@ -199,7 +199,7 @@ class EchoAnswer:
 
 @dataclass(frozen=True)
 class Finding:
-    """A difference from the description."""
+    """A difference between a recording and the description."""
 
     rule: Annotated[str, "The id of the rule; see docs/rules.md."]
     severity: Annotated[str, "error, warning or note."]
@@ -239,7 +239,7 @@ class Verification:
 
 
 def table(result: Verification) -> list[str]:
-    """Format the edges, the stamped messages and the answers of tf2_echo as tables."""
+    """Format the edges, the messages with headers and the output of tf2_echo as text tables."""
     lines: list[str] = []
     edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
     for edge in result.edges:
@@ -264,7 +264,7 @@ def table(result: Verification) -> list[str]:
 
 
 def summary(result: Verification, name: str, strict: bool) -> str:
-    """Return the last line of the output, with the size of the recording and the outcome."""
+    """Summarize the size of the recording and the result of the comparison in one line."""
     edges = len({edge.child for edge in result.edges if edge.topic})
     parts = [count_of(result.messages, "message")] if result.messages else []
     parts += [f"{result.seconds:.1f} s"] if result.seconds else []
@@ -282,7 +282,7 @@ def summary(result: Verification, name: str, strict: bool) -> str:
 
 
 def _age(edge: RecordedEdge) -> str:
-    """Format the mean age of an edge (or how far ahead it is stamped) and the largest age of its newest stamp."""
+    """Format the mean age of the transforms of an edge, or their lead, and the largest age of the newest transform."""
     if edge.mean_age is None:
         return "-" if edge.oldest is None else "no stamp"
     if edge.other_clock:
@@ -298,7 +298,7 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def as_junit(result: Verification, strict: bool = False) -> str:
-    """Format a result as JUnit XML, with a test case for each edge, topic and joint, which fails for an error."""
+    """Format a result as JUnit XML: a test case for each edge, topic and joint, which fails if it has an error."""
     names = [edge.name for edge in result.edges] + [answer.name for answer in result.answers]
     names += [use.topic for use in result.sensors]
     cases: dict[str, list[Finding]] = {mask_controls(name): [] for name in names}

@@ -20,30 +20,30 @@ Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
 
 SECOND = 1_000_000_000
-SLICES = 240  # time slices of a recording
-JUMP = SECOND // 10  # a larger decrease of the stamp is a jump; messages can overtake each other by less
-SIMULATED = 10**8 * SECOND  # stamps below (1973) are from a simulation, which starts at zero
-APART = 60.0  # s: stamps and arrivals that always differ by more are from two clocks
+SLICES = 240  # maximum number of time slices of a recording
+JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; messages can overtake each other by less
+SIMULATED = 10**8 * SECOND  # ns: earlier stamps (before 1973) are simulation time, which starts at 0
+APART = 60.0  # s: stamps and times of arrival that always differ by more come from two clocks
 
-# Steps of a clock are detected in slices of at least 0.8 s, with three slices on each side.
+# A step of a clock is detected between three time slices before and three after it, each at least 0.8 s wide.
 _SLICE, _SIDE = 8 * SECOND // 10, 3
-# The smallest step (s). If stamps are in the past on both sides, a change below DELAY can be a transmission delay.
+# The smallest step (s), and, if all stamps are older than arrival, the smallest that is not a transmission delay.
 _STEP, _DELAY = 0.25, 5.0
-AHEAD = 0.1  # s: stamps ahead of their arrival by less are within the accuracy of two clocks
-TREMBLING = 0.02  # rad or m: a servo that holds a position moves by up to this
+AHEAD = 0.1  # s: synchronized clocks differ by less, so smaller leads of stamps are ignored
+TREMBLING = 0.02  # rad or m: amplitude of a servo that holds a position
 _SLIDING = 1e-3  # m: tolerance for the position of a prismatic mimic joint
 _BEYOND = 1e-6
 
 
 class Gap(NamedTuple):
-    """A duration in s, and the time in ns when it started or was observed."""
+    """A gap between messages, or an age: its duration in s, and the time (ns) when it started or was observed."""
 
     seconds: float = 0.0
     at: int = 0
 
 
 class Step(NamedTuple):
-    """A step of the clock of stamps: its time (ns), and how far stamps were ahead of arrival (s) before and after."""
+    """A step of the clock that stamps messages: its time (ns), and the lead of stamps over arrival (s) around it."""
 
     time: int
     before: float
@@ -76,21 +76,21 @@ class Pace:
         self.jumps = int(np.count_nonzero(falls > JUMP))
         self.farthest_jump = _longest(falls, received[1:])
         self.repeated = int(np.count_nonzero((np.diff(stamps) == 0) & (stamps[1:] != 0)))
-        # The age of the newest stamp just before each arrival.
+        # The newest data in a listener is oldest just before the next message arrives.
         newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
         self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
-        # The first messages of a simulation can have a stamp of zero.
+        # Simulation time starts at zero, so its first messages are not unstamped.
         begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
         self.unstamped = self.zeros > 0 and not begins
-        # With a different clock, all stamps are far from their arrival and advance at the same rate.
+        # Stamps of another clock are far from arrival but advance at its rate; stamps that do not advance are old data.
         limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
         self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
 
     @property
     def alternates(self) -> bool:
-        """Return True if short and long steps alternate but every second message is regular, as with two sources.
+        """Return True if the stamps look like those of two publishers with equal periods.
 
-        With two sources, two steps are one period, and vary less than single steps; with one source, they do not.
+        Then single steps between stamps vary, but the sum of two adjacent steps is always one period.
         """
         one, two = np.diff(self.stamps) / SECOND, (self.stamps[2:] - self.stamps[:-2]) / SECOND
         if len(one) < 20 or one.sum() <= 0:
@@ -103,15 +103,15 @@ class Pace:
         return Gap(rest, end) if rest > self.oldest.seconds else self.oldest
 
     def slices(self, width: int) -> Times:
-        """Return the time slice (n,) in which each message arrived; slices are ``width`` ns wide."""
+        """Return the index (n,) of the time slice in which each message arrived; slices are ``width`` ns wide."""
         return np.asarray(np.clip((self.received - self.start) // width, 0, SLICES - 1), np.int64)
 
     @cached_property
     def step(self) -> Step | None:
-        """The largest step of the clock of stamps, else its drift, or None if it has neither.
+        """The largest step of the clock that stamps the messages, else its drift, or None if it has neither.
 
-        The lead of a slice is the largest difference of stamp and arrival, that of the message with the shortest delay.
-        The leads on both sides of a step must be steady, so that growing delays are not a step.
+        The lead of a time slice is the largest stamp minus arrival, from the message with the shortest delay.
+        Leads before and after a step must be steady, so that growing delays are not a step.
         """
         width = slice_width(int(self.received.max(initial=self.start)) - self.start, _SLICE)
         leads, stamped = np.full(SLICES, -np.inf), self.stamps != 0
@@ -131,20 +131,20 @@ class Pace:
 
 
 def slice_width(span: int, width: int = SECOND // 10) -> int:
-    """Return the width (ns) of the time slices for a recording of ``span`` ns, at least ``width``."""
+    """Return the width (ns) of time slices, at least ``width``, so that ``SLICES`` of them cover ``span`` ns."""
     while span // width >= SLICES:
         width *= 2
     return width
 
 
 def _longest(spans: Times, times: Times) -> Gap:
-    """Return the longest of some time spans (ns) if it is positive, and the time at the same index."""
+    """Return the longest of ``spans`` (ns) with the time at the same index, or an empty gap if none is positive."""
     at = int(spans.argmax()) if len(spans) else 0
     return Gap(float(spans[at] / SECOND), int(times[at])) if len(spans) and spans[at] > 0 else Gap()
 
 
 def _drift(leads: Floats, start: int) -> Step | None:
-    """Return the first and last lead of a clock that runs too fast or too slow; growing delays are not a drift."""
+    """Return the first and last lead if leads change linearly because a clock runs too fast or too slow, or None."""
     at = np.arange(len(leads))
     line = np.polyval(np.polyfit(at, leads, 1), at)
     step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
@@ -152,8 +152,8 @@ def _drift(leads: Floats, start: int) -> Step | None:
     return step if even and step.size > _STEP and min(step.before, step.after) > -AHEAD else None
 
 
-LEAP = 5e-3  # m or rad: a value that changes by this and returns to an earlier value has another source
-# A stream has two sources if at least this share of steps, share of leaps, and number of leaps return.
+LEAP = 5e-3  # m or rad: smallest change of a value that counts as a leap to the value of a second source
+# A stream has two sources if more than a share of its steps and leaps, and enough leaps, return to earlier values.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
 
 Distance = Callable[[Floats, Floats], Floats]
@@ -164,9 +164,9 @@ def _max_difference(one: Floats, other: Floats) -> Floats:
 
 
 class Leaps:
-    """Leaps of a stream back to an earlier value, and different values with the same stamp.
+    """Signs of two sources in a stream: leaps back to an earlier value, and different values with the same stamp.
 
-    ``values`` (n, k) are in order of arrival; ``distance`` compares two rows, ``leap`` is the smallest leap.
+    ``values`` (n, k) are in order of arrival; ``distance`` compares rows, ``leap`` is the smallest distance of a leap.
     """
 
     def __init__(self, stamps: Times, values: Floats, distance: Distance = _max_difference, leap: float = LEAP) -> None:
@@ -182,8 +182,8 @@ class Leaps:
         self.contradictions, self.leaps, self.returns = len(again), len(leaping), len(returned)
         self.largest = float(far[returned - 1].max(initial=0.0))
         first = min([*again[:1], *returned[:1]], default=0)
-        self.pair = values[first - 1 : first + 1]  # first contradicting values, if any
-        self.contradict = self.contradictions >= 3  # stamps often occur with two values
+        self.pair = values[first - 1 : first + 1]  # the first two contradicting values, or empty
+        self.contradict = self.contradictions >= 3  # fewer can be a coincidence
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
         self.two = self.contradict or returns  # the stream seems to have two sources with different values
 
@@ -199,12 +199,12 @@ class Messages(NamedTuple):
     values: Floats
 
     def transform(self, at: int) -> Transform:
-        """Return one of the messages as a transform."""
+        """Return the message with an index as a transform."""
         return transform_from(self.values[at])
 
 
 class JointStates:
-    """All messages on /joint_states: ``pace`` covers all messages, ``states`` has the positions of each joint."""
+    """The messages on /joint_states: ``pace`` covers all messages, ``states`` has the positions of each joint."""
 
     def __init__(self, robot: Robot, pace: Pace, states: Mapping[str, Messages]) -> None:
         self.robot, self.pace = robot, pace
@@ -226,7 +226,7 @@ class JointStates:
                 self._compare_follower(joint, robot.joint[joint.mimic.joint])
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return the limits of a joint (rad or m), infinite if it has none."""
+        """Return the lower and upper limit of a joint (rad or m), or infinities if it has no limits."""
         joint = self.robot.joint.get(name)
         if joint is None or joint.limit is None or joint.type == "continuous":
             return -np.inf, np.inf
@@ -234,9 +234,9 @@ class JointStates:
         return (-np.inf if lower is None else lower), (np.inf if upper is None else upper)
 
     def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the positions (n,) that robot_state_publisher used for a joint at stamps (n,), and which are known.
+        """Return the joint positions (n,) that robot_state_publisher used at stamps (n,), and where they are known.
 
-        If several messages have a stamp, the one received closest to ``received`` counts. The position of a mimic joint
+        If several messages have the same stamp, the one closest to ``received`` counts. The position of a mimic joint
         takes precedence over that of its leader (``callbackJointState`` of robot_state_publisher).
         """
         positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
@@ -252,7 +252,7 @@ class JointStates:
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
     def _compare_follower(self, joint: Joint, leader: Joint) -> None:
-        """Count how often a mimic joint did not follow its leader, for unambiguous turns of the leader."""
+        """Count how often a mimic joint did not follow its leader; skip it if turns of the leader are ambiguous."""
         turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
         if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
             return
@@ -267,7 +267,7 @@ class JointStates:
 
 
 class EdgeKey(NamedTuple):
-    """An edge on a topic; ``static`` is True for /tf_static."""
+    """A transform parent -> child (an edge) on a topic; ``static`` is True for /tf_static, False for /tf."""
 
     static: bool
     parent: str
@@ -275,9 +275,9 @@ class EdgeKey(NamedTuple):
 
 
 class Series:
-    """The samples of an edge on /tf_static (``static``) or /tf. ``edge`` is the edge in the description.
+    """The recorded transforms of an edge on /tf_static (``static``) or /tf; ``edge`` is the expected edge or None.
 
-    A ``listed`` edge is only in view_frames, with the ``age`` of its newest transform (s) if known.
+    A ``listed`` edge is only known from view_frames, where ``age`` is the age of its newest transform (s) or None.
     """
 
     def __init__(self, key: EdgeKey, samples: Messages, pace: Pace, tree: Description, joints: JointStates) -> None:
@@ -286,24 +286,24 @@ class Series:
         self.listed = False
         self.age: float | None = None
         square = np.square(samples.values[:, 3:]).sum(axis=1)
-        # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
+        # tf2 drops transforms if the squared norm of the quaternion is not within 0.01 of 1 (tf2/src/buffer_core.cpp).
         good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= 10e-3)
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
         self.samples = samples = samples if not self.bad else Messages(*(values[good] for values in samples))
         places, turns = samples.values[:, :3], _normalised(samples.values[:, 3:])
         self.edge = edge = tree.edge_like(parent, child, static, samples.transform(0) if len(turns) else None)
-        self.owner = tree.owners(child)  # node that should publish it, if known
+        self.owner = tree.owners(child)  # node that should publish the edge, or "" if unknown
         self.by_owner = f" ({self.owner})" if self.owner else ""
         self.constant = static or (edge is not None and not edge.moving)
-        self.has_parent = edge is not None and edge.parent == parent  # as in the description
+        self.has_parent = edge is not None and edge.parent == parent  # the parent agrees with the description
         self.compared = self.by_state = self.wrong = self.others = 0
         self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
         self.first_other: Transform | None = None
         if self.constant and len(turns):
             same = np.abs(places - places[0]).max(axis=1) <= EXACT
             same &= _angles(turns, turns[0]) <= SIX_ANGLE
-            self.others = int(np.count_nonzero(~same))  # samples that differ from the first one
+            self.others = int(np.count_nonzero(~same))  # number of samples that differ from the first sample
             self.first_other = samples.transform(int(same.argmin())) if self.others else None
         if edge is None or edge.transform is None or not self.has_parent or not len(turns):
             return
@@ -320,25 +320,25 @@ class Series:
 
     @cached_property
     def newest(self) -> Times:
-        """The newest stamp (n,) at each arrival."""
+        """The newest stamp (n,) among the messages received up to each arrival."""
         return np.asarray(np.maximum.accumulate(self.pace.stamps), np.int64)
 
     @cached_property
     def leaps(self) -> Leaps:
-        """The leaps of a moving edge."""
+        """The leaps between transforms of a moving edge."""
         return Leaps(self.samples.stamps[: 0 if self.constant else None], self.samples.values, _distance)
 
     @property
     def has_two_sources(self) -> bool:
-        """Return True if two nodes seem to publish different values, unless the edge correctly follows its joint."""
+        """Return True if two nodes seem to publish different values; False if all values agree with /joint_states."""
         return not self.constant and self.leaps.two and not (self.compared and not self.wrong)
 
 
 def _expected_values(edge: ExpectedEdge, samples: Messages, joints: JointStates) -> tuple[Floats, Floats, int]:
-    """Return the expected values of samples, xyz (n, 3) and quaternions (n, 4), and the number with a joint state.
+    """Return the expected xyz (n, 3) and quaternions (n, 4) of samples, and the number of samples with a joint state.
 
-    A sample without a joint state is compared with the nearest transform that the joint can produce, because a
-    transform that no position produces is always wrong.
+    For a sample without a joint state, the expected value is the nearest transform that the joint can produce,
+    because a transform that no joint position produces is always wrong.
     """
     count, joint, origin = len(samples.stamps), edge.joint, edge.transform or Transform()
     w, x, y, z = origin.quaternion()
@@ -358,13 +358,13 @@ def _expected_values(edge: ExpectedEdge, samples: Messages, joints: JointStates)
 
 
 def transform_from(pose: Floats) -> Transform:
-    """Convert a position and a quaternion (7,) to a transform."""
+    """Convert a pose (7,), x, y, z and a quaternion, to a transform."""
     px, py, pz, x, y, z, w = pose.tolist()
     return Transform.of_quaternion((px, py, pz), (w, x, y, z))
 
 
 def _distance(one: Floats, other: Floats) -> Floats:
-    """Return the distance (n,) between poses (n, 7): the maximum of m and rad. q and -q are the same rotation."""
+    """Return the distance (n,) between poses (n, 7): the larger of translation (m) and rotation (rad)."""
     metres = _max_difference(one[:, :3], other[:, :3])
     radians = 2.0 * np.minimum(*(_max_difference(one[:, 3:], sign * other[:, 3:]) for sign in (1, -1)))
     return np.asarray(np.maximum(metres, radians), np.float64)
@@ -375,12 +375,12 @@ def _normalised(quaternions: Floats) -> Floats:
 
 
 def _product(a: Floats, b: Floats) -> Floats:
-    """Return the products (n, 4) of quaternions (n, 4) or (4,)."""
+    """Multiply quaternions (n, 4) or (4,)."""
     u, v, s, t = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
     return np.concatenate((s * v + t * u + np.cross(u, v), s * t - (u * v).sum(axis=-1, keepdims=True)), axis=-1)
 
 
 def _angles(a: Floats, b: Floats) -> Floats:
-    """Return the angles (n,) in rad from 0 to pi between rotations (n, 4) and (n, 4) or (4,)."""
+    """Return the angles (n,) in rad, from 0 to pi, between quaternions (n, 4) or (4,)."""
     turn = _product(a * (-1.0, -1.0, -1.0, 1.0), b)
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(turn[..., :3], axis=-1), np.abs(turn[..., 3])), np.float64)

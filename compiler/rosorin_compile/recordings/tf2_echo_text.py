@@ -1,6 +1,6 @@
-"""Read text copied from a terminal: answers of tf2_echo, trees of view_frames and messages of ``ros2 topic echo``.
+"""Parse text copied from a terminal: the output of tf2_echo, view_frames and ``ros2 topic echo``.
 
-The forms are those of ROS 2 Humble and Jazzy: tf2_ros/src/tf2_echo.cpp, tf2_tools/view_frames.py, and
+The output formats are those of ROS 2 Humble and Jazzy: tf2_ros/src/tf2_echo.cpp, tf2_tools/view_frames.py, and
 BufferCore::allFramesAsYAML in tf2/src/buffer_core.cpp; ``ros2 topic echo`` prints YAML documents.
 """
 
@@ -18,10 +18,10 @@ from .recording import Answer, FrameRow, Reading, Recording, Rows
 from .results import problem
 from .series import SECOND, EdgeKey
 
-# Terminal escape sequences for colours, other controls and window titles (ECMA-48, 5.4 and 8.3.89).
+# Terminal escape sequences for colours, cursor control and window titles (ECMA-48, 5.4 and 8.3.89).
 _CONTROL = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)|[@-Z\\^_=>()][0-9A-B]?)")
 _TIME = r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?Z?"
-# Line prefixes: a time (script, ts, logs), a border of tmux, a quotation mark.
+# Prefixes of copied lines: a time (from script, ts or logs), a pane border of tmux, or ">" of a quotation.
 _PREFIXES = (
     re.compile(rf"\[?(?:\d{{4}}-\d\d-\d\d[T ]|[A-Z][a-z]{{2}} +\d{{1,2}} )?{_TIME}\]? ?"),
     re.compile(r"\[?\d{6,}\.\d+\]? "),
@@ -54,7 +54,7 @@ _DOT_FIELD = re.compile(r"(?:^|\\n)\s*([\w ]+): *([-+]?[\d.]+(?:[eE][-+]?\d+)?)"
 
 
 def plain_lines(text: str) -> list[str]:
-    r"""Split a text into lines, without colours and without a prefix that nearly all lines have.
+    r"""Split a text into lines, and remove colours and any prefix that nearly all lines have.
 
     >>> plain_lines("\x1b[32m> At time 0.0\x1b[0m\r\n> - Matrix:")
     ['At time 0.0', '- Matrix:']
@@ -68,7 +68,7 @@ def plain_lines(text: str) -> list[str]:
 
 
 def read_text(text: str, recording: Recording) -> None:
-    """Read a text into a recording; parts that cannot be parsed are added to ``troubles`` of the recording."""
+    """Add the messages in a text to a recording; report parts that cannot be parsed in ``recording.troubles``."""
     _TextReader(recording).read("\n".join(plain_lines(text)))
 
 
@@ -76,7 +76,7 @@ class _TextReader:
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self.questions: list[tuple[str, str]] = []
-        self.blocks: list[tuple[int, dict[str, list[str]]]] = []  # line, and printed numbers by form
+        self.blocks: list[tuple[int, dict[str, list[str]]]] = []  # line number, numbers by representation
         self.topic = ""
         self.positions: dict[str, float] = {}
         self.understood = False
@@ -88,13 +88,13 @@ class _TextReader:
             kind = str(item.lastgroup)
             if kind == "topic":
                 words = [word for word in item["words"].split() if not word.startswith("-")]
-                words.sort(key=lambda word: not word.startswith("/"))  # words without "/" can be values of options
+                words.sort(key=lambda word: not word.startswith("/"))  # words without / may be option values
                 self.topic = words[0] if words else ""
-            elif kind == "question":  # the next lines are its answer
+            elif kind == "question":  # a command line; the next lines are its output
                 if self.blocks:
                     self._pair()
                 self.questions.append((self._frame(item["source"]), self._frame(item["target"])))
-            elif kind == "refusal" or (kind == "failure" and self.questions):  # tf2_echo has no answer
+            elif kind == "refusal" or (kind == "failure" and self.questions):  # tf2_echo printed an error
                 named = (self._frame(item["from"]), self._frame(item["to"])) if item["from"] else self.questions[-1]
                 self.questions, self.understood = self.questions or [named], True
                 why = " ".join((item["why"] or item["reason"] or "").split())
@@ -103,7 +103,7 @@ class _TextReader:
                 self.understood, block = True, dict[str, list[str]]()
                 self.blocks.append((line, block))
                 for match in _FORM_LINE.finditer(item[0]):
-                    if (form := _FORMS[match[1]]) in block:  # a repeated form starts a new answer, even without a time
+                    if (form := _FORMS[match[1]]) in block:  # a repetition is the next transform
                         block = {}
                         self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
                     block[form] = re.findall(r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf)", match[2])
@@ -131,7 +131,7 @@ class _TextReader:
         return self.recording.tree_frame(frame.strip("'\""))
 
     def _pair(self) -> None:
-        """Assign answers to the commands above them."""
+        """Assign each output of tf2_echo to the command line above it, which names the frames."""
         questions, blocks = self.questions, self.blocks
         self.questions, self.blocks = [], []
         options = self.recording.description.options
@@ -160,7 +160,7 @@ class _TextReader:
             return
         rows: list[FrameRow] = []
         try:
-            if kind == "literal":  # the line that view_frames logs: the YAML is a Python string
+            if kind == "literal":  # view_frames logs the YAML as a Python string
                 text = str(ast.literal_eval(python_of(item["literal_text"] or "''", expression=True)))
             rows = list(_rows(kind, text))
         except (ValueError, SyntaxError, TypeError, KeyError, AttributeError):
@@ -212,12 +212,12 @@ def _stamp(header: Mapping[str, Any]) -> int:
 
 
 def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
-    """Yield the complete forms of an answer, with the sum of the rounding errors of a rotation as tolerance.
+    """Yield each complete representation of a transform; tolerances add the rounding errors of all printed numbers.
 
-    All printed solutions of roll, pitch, yaw are the same rotation.
+    If several solutions of roll, pitch, yaw are printed, they are the same rotation.
     """
     counts = {"xyz": 3, "matrix": 16, "quaternion": 4, "degree": 3, "radian": 3}
-    printed = {}  # the numbers, and half of their last printed digit
+    printed = {}  # by representation (xyz, matrix, ...): numbers, and half of their last printed digit
     for form, texts in forms.items():
         digits = [len(text.partition(".")[2]) for text in texts if "e" not in text.lower()]
         printed[form] = (list(map(float, texts)), 0.5 * 10.0 ** -max(digits, default=3))
@@ -240,7 +240,7 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
             half *= unit
         try:
             turn = Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z))
-        except ValueError:  # a quaternion with length zero
+        except ValueError:  # a quaternion of zeros
             continue
         complete = True
         yield Reading(at, turn, far, errors * half + SIX_ANGLE)
@@ -254,8 +254,8 @@ def _vector(values: Sequence[float]) -> Vector:
 
 
 def _rows(kind: str, text: str) -> Iterator[FrameRow]:
-    """Yield the frames of view_frames, from its dot file or from the YAML of a listener."""
-    frames: list[tuple[str, str, float, float, float]] = []  # parent, child, rate, length of the buffer, age
+    """Yield the frames in the output of view_frames, which is a dot file or the YAML of a tf2 buffer."""
+    frames: list[tuple[str, str, float, float, float]] = []  # parent, child, rate (Hz), buffer length (s), age (s)
     if kind == "dot":
         recorded = re.search(r'"Recorded at time: ([\d.]+)"', text)
         for parent, child, label in _DOT_EDGE.findall(text):

@@ -33,12 +33,12 @@ from .tf2_echo_text import read_text
 
 _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
-_SHORT = SECOND // 2  # shorter pauses are not drawn as gaps
+_SHORT = SECOND // 2  # ns: shorter pauses are not drawn as gaps
 _LETTERS = 46
 
 
 def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verification:
-    """Compare a recording with a robot, whose joints are in the named ``pose`` if not empty.
+    """Compare a recording with a robot; ``pose`` names the joint positions for tf2_echo, or is "".
 
     Raises RequestError for a mode, node or pose that the robot does not have, and for invalid times.
     """
@@ -78,19 +78,19 @@ def verify(
     standard_input: Callable[[], bytes] = lambda: b"",
     case: Case | None = None,
 ) -> Verification:
-    """Compare a recording with a robot and its artifacts; ``case`` has the source positions of the description.
+    """Compare a recording with a robot and its artifacts; ``case`` adds source positions to the findings.
 
     ``source`` is a rosbag2 folder, one of its files, a text file, or "-" for text on standard input. Raises Unreadable.
     """
     description = Description(robot, options)
-    with np.errstate(all="ignore"):  # a recording can contain inf and nan
+    with np.errstate(all="ignore"):  # calculations with recorded inf and nan would warn
         if source == "-":
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source))
         findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
         for number, finding in enumerate(findings):
-            if case is not None and (edge := edges.get(finding.of[0])):  # add the source position of an edge
+            if case is not None and (edge := edges.get(finding.of[0])):  # add the line of the edge in the description
                 path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
                 place = Related("described here", case.tree.locate(path, key=True).span)
                 findings[number] = replace(finding, related=(*finding.related, place))
@@ -107,7 +107,7 @@ def _read_path(description: Description, path: Path) -> Recording:
             recording = Recording(description, form, complete=True, timed=True)
             read_bags(_bags(path) if is_folder else [path], recording)
             return recording
-        with path.open("rb") if special else files.open_binary(path) as file:  # special: a pipe of the shell, <(...)
+        with path.open("rb") if special else files.open_binary(path) as file:  # a pipe, such as <(...) in bash
             return _read_text(description, file.read(_MAX_TEXT + 1), str(path))
     except FileNotFoundError:
         help = "name a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
@@ -117,7 +117,7 @@ def _read_path(description: Description, path: Path) -> Recording:
 
 
 def _bags(folder: Path) -> list[Path]:
-    """Return the folder for rosbags to read, or its files if it has no metadata.yaml. Raises Unreadable."""
+    """Return the folder if it has a metadata.yaml that rosbags can read, else its bag files. Raises Unreadable."""
     if files.is_file(folder / "metadata.yaml"):
         return [folder]
     if bags := [path for path in sorted(folder.iterdir()) if path.suffix in SUFFIXES and files.is_file(path)]:
@@ -171,7 +171,7 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
-    """Create a record from the attributes of several objects; numbers that are not finite become None."""
+    """Create a record whose fields come from ``values`` or from attributes of ``sources``; inf and nan become None."""
     for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
         value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
         values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
@@ -182,7 +182,7 @@ def _edges(recording: Recording, described: Mapping[str, ExpectedEdge]) -> Itera
     """Yield the edges of a recording, starting with those in the description."""
     for child in dict.fromkeys([*described, *recording.into]):
         edge, owner = described.get(child), ""
-        if edge is not None:  # the publisher is unknown if there are several candidates
+        if edge is not None:  # with several candidates, the publisher is unknown
             known = [edge] if recording.description.options.modes else recording.description.by_child[child]
             owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
@@ -194,7 +194,7 @@ def _edges(recording: Recording, described: Mapping[str, ExpectedEdge]) -> Itera
 
 
 def _value(series: Series) -> str:
-    """Return a short text for how the value of an edge compares with the description."""
+    """Return the result of comparing the transforms of an edge with the description, for the table of edges."""
     if series.edge is None:
         return "not described"
     if series.edge.parent != series.parent:
@@ -213,8 +213,8 @@ def _value(series: Series) -> str:
 
 
 def as_svg(recording: Recording) -> str:
-    """Draw a recording as SVG. Raises ValueError if it has no times of arrival."""
-    # Label and pace of each row, and whether pauses are gaps, which is not the case for static edges.
+    """Draw the message rates and gaps of a recording as SVG. Raises ValueError if times of arrival are unknown."""
+    # (label, pace, whether pauses are drawn as gaps) of each row; static edges are published only once.
     streams = [(series.name, series.pace, True) for series in recording.series.values() if not series.static]
     streams += [("/joint_states", recording.joints.pace, True)] if recording.joints.pace.count else []
     streams += [(f"{use.topic} {use.frame}", use.pace, True) for use in recording.uses]
@@ -238,7 +238,7 @@ def as_svg(recording: Recording) -> str:
 
 
 def _gaps(counts: Times, pace: Pace, width: int) -> list[tuple[float, float]]:
-    """Return start and length, relative to the width, of pauses that are longer than three typical steps."""
+    """Return (start, length) of each pause longer than three mean intervals, as fractions of the plot width."""
     usual = (pace.last - pace.first) / max(1, pace.count - 1)
     edges = [-1, *np.flatnonzero(counts).tolist(), len(counts)]
     spans = [(before + 1, after - before - 1) for before, after in itertools.pairwise(edges)]

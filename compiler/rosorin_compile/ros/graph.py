@@ -1,4 +1,4 @@
-"""The ROS graph of a robot: the nodes that its package starts, their topics, and unconnected topics."""
+"""Build the ROS graph of a robot: the nodes that its package starts, and their topics; find unconnected topics."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,9 +26,9 @@ _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 @dataclass(frozen=True)
 class End:
-    """A publisher or subscriber of a topic; ``type`` is the message type, ``key`` the parameter of the port.
+    """A publisher or subscriber of a topic; ``type`` is the message type, ``key`` the parameter with the topic.
 
-    ``reliable`` is the reliability QoS policy, else best effort.
+    ``reliable`` is True for the QoS policy reliable, False for best effort.
     """
 
     node: str
@@ -41,7 +41,7 @@ class End:
 
 @dataclass
 class Graph:
-    """The kind of each node, ``node`` or ``driver`` (not in the package), and the publishers and subscribers."""
+    """The kind of each node, ``node`` or ``driver`` (not started by the package), and all their topics."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     published: list[End] = field(default_factory=list)
@@ -49,17 +49,17 @@ class Graph:
     starts: tuple[str, ...] = ()
 
     def publishers(self, end: End) -> list[End]:
-        """Return the publishers on the topic of a subscriber, with any message type."""
+        """Return the publishers on the topic of a subscriber, whatever their message types."""
         return [one for one in self.published if one.topic == end.topic]
 
     def readers(self, end: End) -> list[End]:
-        """Return the subscribers with the topic and message type of a publisher."""
+        """Return the subscribers with the same topic and message type as ``end``."""
         return [one for one in self.read if one.topic == end.topic and one.type == end.type]
 
     def add(
         self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with its ports, parameters by full key, namespace ``space``, and remaps."""
+        """Add a node with the ports ``those``, parameters by full key, namespace ``space``, and remaps (from, to)."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
         moved = {full_topic(old, space, own): new for old, new in remaps}
@@ -73,7 +73,7 @@ class Graph:
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the parameters of a port, each with its topic and message type."""
+    """Yield (parameter, topic, message type) for each topic of a port."""
     if "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
         yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
@@ -89,11 +89,11 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
             own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
             yield key, str(own["topic"] or name), source_message(own)
     if port.role == Role.OBSTACLES and not any(lists.values()):
-        yield "", "scan", _SCANS  # as in nav2_bringup/params/nav2_params.yaml
+        yield "", "scan", _SCANS  # the default in nav2_bringup/params/nav2_params.yaml
 
 
 def source_message(values: Mapping[str, Any]) -> str:
-    """Return the message type of an observation source from its parameters; by default LaserScan."""
+    """Return the message type that the parameters of an observation source select; by default LaserScan."""
     kind = str(values.get("data_type") or values.get("type") or "LaserScan")
     kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
     return f"sensor_msgs/msg/{kind}"
@@ -121,7 +121,7 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
             parameters |= {name.rpartition("/")[2]: one for name, one in view(robot, first[backend]).node.items()}
     if navigation is not None:
         frames, distribution = frames_of(robot, navigation)[0], distro_of(navigation)
-        if frames is not None:  # the launch file sets these parameters
+        if frames is not None:  # parameters that the launch file passes to slam_toolbox
             parameters.setdefault("slam_toolbox", nav2.slam_parameters(robot, navigation, frames))
         for port in ports(distribution):
             values = parameters.get(port.node, {})
@@ -139,13 +139,13 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
-            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # usual QoS of drivers
+            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # QoS of most drivers
             made.published.append(End(node, full_topic(topic, "", ""), message, port, reliable=reliable))
     return made
 
 
 def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
-    """Yield each sensor with a topic in the description, with the topic and the message type."""
+    """Yield (sensor, topic, message type) for each sensor that has a topic in the description."""
     first = {output.backend: output.options for output in reversed(robot.outputs)}
     keys = ((NAV2, "sources"), ("robot_localization", "inputs"))
     entries = [entry for backend, key in keys for entry in (first.get(backend, {}).get(key) or {}).values()]
@@ -157,7 +157,7 @@ def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
 
 
 def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
-    """Return a message if a reliable subscriber has only best-effort publishers, else ""."""
+    """Return an error message if all publishers are best effort and the subscriber is reliable, else ""."""
     if not reader.reliable or not publishers or any(one.reliable for one in publishers):
         return ""
     who, sender = reader.node.strip("/"), publishers[0].node.strip("/")
@@ -166,7 +166,7 @@ def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
 
 
 def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
-    """Report each topic that is subscribed but not published, and velocities without a subscriber."""
+    """Report each topic that is subscribed but not published, and velocity commands without a subscriber."""
     reported: set[tuple[str, str]] = set()
     for end in made.read:
         others = made.publishers(end)
@@ -185,7 +185,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
 
 
 def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
-    """Report an unpublished topic: an error if the robot or package can publish it, a note if a driver has to."""
+    """Report an unpublished topic: with the cause if the package could provide it, else as the task of a driver."""
     end = readers[0]
     who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
@@ -242,7 +242,7 @@ class RobotGraph:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def text(self) -> str:
-        """Format the graph as text: each topic with its type, publishers and subscribers."""
+        """Format the graph as text: for each topic its message type, publishers and subscribers."""
         lines = []
         for one in self.topics:
             publishers, readers = ", ".join(one.published_by), ", ".join(one.read_by)

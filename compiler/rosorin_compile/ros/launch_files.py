@@ -27,7 +27,7 @@ Names = Mapping[str, Any]
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
 _OPERATORS: Mapping[Any, Any] = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Div: operator.truediv}
 _CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
-# An escaped character, a launch argument, or a substitution with an unknown value.
+# An escaped character, a launch argument, or another substitution, whose value is only known at launch.
 _SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
 _UNKNOWN = "\0"
 
@@ -38,7 +38,7 @@ _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
 _QUATERNION = ("--qx", "--qy", "--qz", "--qw")
 _FRAMES = ("--frame-id", "--child-frame-id")
-# The meaning of arguments without flags, by their number. Yaw comes before pitch and roll.
+# The flags that positional arguments correspond to, by number of arguments. Yaw comes before pitch and roll.
 _WITHOUT_FLAGS = {8: (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES), 9: (*_XYZ, *_QUATERNION, *_FRAMES)}
 
 
@@ -51,7 +51,7 @@ class _Unknown(Exception):
 
 
 class Remap(NamedTuple):
-    """A remap with names as written in the file; ``node`` is the name of the node, or "" for all nodes."""
+    """A remap with the names as written in the file; ``node`` is the name of the node, or "" for all nodes."""
 
     name: str
     to: str
@@ -60,7 +60,7 @@ class Remap(NamedTuple):
 
 
 class LaunchNode(NamedTuple):
-    """A node in a launch file, or a remap of all nodes if ``name`` is ""; None is a value only known at runtime."""
+    """A node in a launch file, or remaps for all nodes if ``name`` is ""; None is a value only known at launch."""
 
     name: str
     executable: str
@@ -83,7 +83,7 @@ def _xml(source: Source) -> Iterator[LaunchNode]:
         elements = list(parse(source).root.iter())
     except MarkupError as problem:
         raise LaunchError(f"not XML: {problem.diagnostic.message}") from None
-    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # to an included file
+    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # args of <include>
     declared = [one for one in elements if one.tag in ("arg", "let") and id(one) not in passed]
     variables = {one.get("name"): one.get("default", one.get("value")) for one in declared}
     for one in elements:
@@ -123,7 +123,7 @@ def _list(value: Any) -> list[Any]:
 
 
 def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
-    """Split arguments in XML or YAML into words; launch arguments get their defaults, None is unknown."""
+    """Split ``args`` of a node into words, with launch arguments at their defaults; None is a value known at launch."""
 
     def put(match: re.Match[str]) -> str:
         return match[1] or (shlex.quote(variables[match[2]]) if match[2] in variables else _UNKNOWN)
@@ -149,7 +149,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
         if function is None:
             yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
             continue
-        # A helper function: evaluate it for each call.
+        # A node in a helper function is started once for each call of the function.
         uses: list[Any] = [use for use, _ in calls if ast.unparse(use.func) == function.name]
         for use in uses or [None]:
             scope, place = _constants(function, _bind(function, use, names)), use or call
@@ -157,7 +157,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
 
 
 def _calls_in(tree: ast.AST, function: ast.FunctionDef | None = None) -> Iterator[tuple[ast.Call, Any]]:
-    """Yield every call in a program with the function that contains it, or None."""
+    """Yield every call in a program, with the function definition that contains the call, or None."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Call):
             yield node, function
@@ -174,7 +174,7 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
         if found is None and isinstance(node, ast.List | ast.Tuple):
             found = [_known(item, names) for item in node.elts]
         is_known = is_known and isinstance(found, list)
-        for one in _list(found):  # launch concatenates an argument that is a list
+        for one in _list(found):  # launch concatenates the items of a nested list
             word = "".join(one) if isinstance(one, list) and all(isinstance(each, str) for each in one) else one
             arguments.append(word if isinstance(word, str) else None)
     is_for_all = "src" in known and "dst" in known
@@ -187,12 +187,12 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
 
 
 def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
-    """Return the names visible in a function, with its parameters bound to known arguments of a call."""
+    """Return the values of names in a function during a call: known arguments, and ``names`` of the module."""
     positional = [one.arg for one in function.args.args]
     parameters = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
     inside = {name: held for name, held in names.items() if name not in parameters}
     if call is None or any(isinstance(one, ast.Starred) for one in call.args) or any(not k.arg for k in call.keywords):
-        return inside  # bindings are only known at runtime
+        return inside  # arguments with * or ** are only known at launch
     given = dict(zip(positional[::-1], function.args.defaults[::-1], strict=False))
     given |= dict(zip(positional, call.args, strict=False))
     given |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
@@ -201,7 +201,7 @@ def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dic
 
 
 def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
-    """Add to ``names`` the variables that a program or function assigns only once, to a known value."""
+    """Return ``names`` and the variables that are assigned exactly once, with a known value."""
     changes = Counter[str]()
     assigned: list[tuple[str, ast.expr]] = []
     for node in ast.walk(tree):
@@ -232,7 +232,7 @@ def _known(node: ast.expr, names: Names) -> Any:
 
 
 def _value(node: ast.expr, names: Names) -> Any:
-    """Evaluate an expression of literals, ``names``, pi and a few functions. Raises _Unknown for others."""
+    """Evaluate an expression of literals, ``names``, pi and a few functions. Raises _Unknown if it has other terms."""
     match node:
         case ast.Constant(value=constant):
             return constant
@@ -260,7 +260,7 @@ def _value(node: ast.expr, names: Names) -> Any:
 
 
 class StaticTransform(NamedTuple):
-    """A static transform in a launch file; ``texts`` are its arguments by flag."""
+    """A static transform in a launch file; ``texts`` are its arguments as written, by flag."""
 
     parent: str
     child: str
@@ -275,7 +275,7 @@ def static_nodes(source: Source) -> list[LaunchNode]:
 
 
 def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform | None:
-    """Parse arguments of static_transform_publisher (``ros2/geometry2``), or return None if unknown or invalid."""
+    """Parse the arguments of static_transform_publisher (``ros2/geometry2``); return None if unknown or invalid."""
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None
@@ -301,7 +301,7 @@ def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform |
 
 
 def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
-    """Check a static_transform_publisher of a launch file against the robot."""
+    """Report differences between a static_transform_publisher in a launch file and the robot."""
     if node.arguments is None or None in node.arguments:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield report("deployed-launch-unread", message, node.span, severity=NOTE)
@@ -347,7 +347,7 @@ def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
 
 
 def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequence[str]) -> Iterator[Diagnostic]:
-    """Check the static transforms in launch files; ``ours`` are artifacts, which are skipped."""
+    """Check the static transforms in launch files; ``ours`` are generated files, which are skipped."""
     published: dict[str, str] = {}
     complete, any_publisher = True, bool(ours)
     for name in files:
@@ -355,7 +355,7 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
             continue
         data = read_bytes(folder / name)
         if name.endswith("/static_frames.launch.py") and is_generated(data):
-            continue  # its numbers come from the description at launch
+            continue  # it compiles the description at launch, so it cannot differ
         source = Source(str(folder / name), data.decode("utf-8", "replace"))
         try:
             nodes = static_nodes(source)

@@ -1,7 +1,7 @@
 """Find the navigation frames of a description (map, odom and base, REP 105) and their publishers.
 
-The frames follow from ``edges``: an edge from a frame outside the robot to a link is the odometry, and an edge to its
-parent starts at the map. The kind of a node follows from its name or package.
+The section ``edges`` lists transforms: one from a frame outside the robot to a link is the odometry, and the parent of
+the odometry frame is the map. The kind of a node follows from its name or package.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
 
 
 class Problem(NamedTuple):
-    """A problem with an output or the robot; ``path`` is relative to the output, or to the root if ``absolute``."""
+    """A problem with an output; ``path`` is relative to the output, or to the whole description if ``absolute``."""
 
     rule: str
     message: str
@@ -32,7 +32,7 @@ class Problem(NamedTuple):
 
 
 class Lead(NamedTuple):
-    """An edge with a publisher; ``path`` is its path in the description."""
+    """A published transform parent -> child (an edge); ``path`` is its path in the description."""
 
     parent: str
     child: str
@@ -44,7 +44,7 @@ class Lead(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The map frame ("" if unknown), the odometry frame, the link that it moves, and all published edges."""
+    """The map frame ("" if unknown), the odometry frame, its child link (``moved``), and all published edges."""
 
     map: str
     odom: str
@@ -52,13 +52,13 @@ class Frames(NamedTuple):
     leads: tuple[Lead, ...]
 
     def transforms_of(self, publisher: Publisher) -> list[Lead]:
-        """Return the edges of a publisher without duplicate pairs of frames."""
+        """Return the edges of a publisher; edges with the same frames are returned only once."""
         mine = {(lead.parent, lead.child): lead for lead in self.leads if lead.publisher.name == publisher.name}
         return list(mine.values())
 
 
 def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem]]:
-    """Return the navigation frames, or None and the problems; options of ``output`` select among candidates."""
+    """Return the navigation frames, or None and the problems; the options of ``output`` resolve ambiguities."""
 
     def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
@@ -98,21 +98,21 @@ def kind_of(publisher: Publisher) -> str:
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
-    """Return the kinds of the publishers of map -> odom with all modes off ("" for other nodes)."""
+    """Return the kinds (see ``kind_of``) of the nodes that publish map -> odom when all modes are off."""
     edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
     off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
     return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
 
 
 def stated_topic(robot: Robot, name: str) -> str:
-    """Return the topic that the description sets for a sensor, or "" if it is unset or equals the sensor name."""
+    """Return the topic in the ``gazebo`` entry of a sensor, or "" if it is unset or equals the sensor name."""
     simulated = (one for sensor in robot.sensors if sensor.name == name for one in sensor.gazebo)
     topics = (element.value for one in simulated for element in one.elements if element.name == "topic")
     return next((str(one) for one in topics if one not in (name, None)), "")
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], tuple[Any, ...]]) -> Iterator[Diagnostic]:
-    """Yield the problems in the last item that ``find`` returns, with positions; none if the robot is not a tree."""
+    """Call ``find``, and yield the problems in its last result with positions; skip a robot that is not a tree."""
     entry: Path = ("outputs", output.name)
     problems: list[Problem] = find(case.robot, output)[-1] if case.robot.is_tree else []
     for one in problems:

@@ -1,4 +1,4 @@
-"""Load kinds of ROS nodes and their parameters (``ros2_nodes.json``, ``ros2_controllers.json``); validate parameters.
+"""Load the kinds of ROS nodes (``ros2_nodes.json``, ``ros2_controllers.json``), and validate their parameters.
 
 The key ``about`` of each file explains its fields and sources. Validators are named as in
 ``PickNikRobotics/generate_parameter_library``, with ``set_of`` for the combinations of interfaces in
@@ -22,7 +22,7 @@ from rosorin_compile.source.wording import phrase, quote, suggest
 
 from .ports import Role, distribution_of_ports, facts, port_of
 
-DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # in the tables; the distribution "" means any of them
+DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # in the tables; "" means any distribution
 MANAGER = "controller_manager"
 REMOVE = "remove it"
 _TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string": str}
@@ -35,10 +35,10 @@ _VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
 class Key(NamedTuple):
     """A parameter of a kind of node. ``name`` may contain variables such as <n>, which match many names.
 
-    ``valid`` maps validators to their arguments, ``forced`` is a value that cannot be changed. ``frame`` is the role of
-    the frame that it names, or "". ``only`` are the distributions with this parameter; if ``stock`` is not empty, only
-    stock plug-ins of these distributions have it. A node does not start without a ``needed`` parameter. ``renamed``
-    maps values that are no longer accepted to their replacements.
+    ``valid`` maps validators to their arguments; ``forced`` is a value that cannot be changed. If the value is a frame,
+    ``frame`` is its role, else "". ``only`` are the distributions with this parameter; ``stock``, if not empty, are
+    those whose stock plug-ins have it. A node does not start without a ``needed`` parameter. ``renamed`` maps values
+    that are no longer accepted to their replacements.
     """
 
     name: str
@@ -66,10 +66,10 @@ def _pattern(name: str) -> re.Pattern[str]:
 
 
 class Kind(NamedTuple):
-    """A kind of node with its parameters (``keys``) by name; ``complete`` is True if it has no other parameters.
+    """A kind of node, such as amcl; ``keys`` are its parameters by name, ``complete`` if there are no others.
 
     ``keys`` has the parameters of all distributions, with types and defaults for ``distribution``. ``names`` are usual
-    names of the node, ``signs`` are parameters that identify the kind. ``transform`` has the parameters for parent,
+    names of the node, ``signs`` are parameters that identify the kind. ``transform`` names the parameters for parent,
     child and switch of the published transform; ``odometry`` is the topic on which a controller publishes it.
     """
 
@@ -85,7 +85,7 @@ class Kind(NamedTuple):
     transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
-        """Return the parameter that matches a name, preferably without variables, or None."""
+        """Return the parameter with this name, else a parameter whose variables match the name, or None."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
@@ -94,19 +94,19 @@ class Kind(NamedTuple):
         return key is not None and self.has(key)
 
     def has(self, key: Key) -> bool:
-        """Return True if the distribution has a parameter."""
+        """Return True if the parameter exists in the distribution of this kind."""
         return not self.distribution or self.distribution in key.only
 
     def writes(self, key: Key) -> bool:
-        """Return True if a parameter may be written for the distribution, which includes stock plug-ins."""
+        """Return True if the parameter exists in the distribution and, if it is of a plug-in, in the stock plug-in."""
         return self.has(key) and (not key.stock or self.distribution in key.stock)
 
     def own_keys(self) -> Iterator[Key]:
-        """Yield the parameters that the distribution has."""
+        """Yield the parameters that exist in the distribution of this kind."""
         return filter(self.has, self.keys.values())
 
     def like(self, name: str) -> set[str]:
-        """Return the candidates for a misspelt key, with variables replaced by the words and number in the key."""
+        """Return candidates for a misspelt key; their variables are replaced by the words and number in the key."""
         words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
             variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]
@@ -116,9 +116,9 @@ class Kind(NamedTuple):
 
 
 def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-    """Return True if a node is a publisher of the description, by its name or else by its package.
+    """Return True if a node in a file is a ``publisher`` of the description: if its name or else its package matches.
 
-    A node with the name of another publisher is not matched by package.
+    A node that has the name of another of the ``publishers`` is not matched by package.
     """
     of_package = kind is not None and publisher.package in kind.packages
     is_named = any(name == other.name for other in publishers)
@@ -127,13 +127,13 @@ def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterab
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
-    """Return the kinds of nodes by name, without controllers."""
+    """Return the kinds of nodes by name, except controllers."""
     return {name: _kind(name, entry, {}, (), distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
 
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return the kind of a controller type, from another distribution if necessary, or None if unknown."""
+    """Return the kind of a controller type, if necessary from another distribution, or None if unknown."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -142,33 +142,33 @@ def controller(plugin: str, distribution: str) -> Kind | None:
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
-    """Return the package of each controller type, including types without known parameters."""
+    """Return the package of each controller type, including types whose parameters are unknown."""
     found, known = facts("ros2_controllers")["controllers"], distribution and distribution_of_ports(distribution)
     return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
 
 
 def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distro: str) -> Kind:
-    """Build a kind from its table entry, with the common ``keys`` and ``packages`` of similar nodes."""
+    """Build a kind from its table entry; ``keys`` and ``packages`` are common to a group of kinds."""
     known, port = distro and distribution_of_ports(distro), port_of(name, "", Role.TF)
     known, made = known if known in entry.get("only", DISTRIBUTIONS) else "", {}
     for key, of in {**keys, **entry["keys"]}.items():
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
         fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
         if fields["type"] == "double" and isinstance(fields.get("default"), str):
-            fields["default"] = float(fields["default"])  # NaN is a string in JSON
+            fields["default"] = float(fields["default"])  # JSON has no NaN, so the table has a string
         made[key] = Key(key, **fields)
     words = {word: entry[word] for word in ("complete", "names", "signs", "strips_slash", "transform") if word in entry}
     return Kind(name, made, known, (entry["package"], *packages), odometry=port.topic if port else "", **words)
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the kind with the most ``signs`` in ``keys``, or None if there are none."""
+    """Return the kind of node with the most ``signs`` among the parameters ``keys``, or None without any."""
     best = max(kinds(distribution).values(), key=lambda kind: sum(sign in keys for sign in kind.signs))
     return best if any(sign in keys for sign in best.signs) else None
 
 
 def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the drive controller that has most of the keys, or None if there is no ``enable_odom_tf``."""
+    """Return the drive controller with the most parameters in ``keys``, or None without ``enable_odom_tf``."""
     if "enable_odom_tf" not in keys:
         return None
     plugins = [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
@@ -177,7 +177,7 @@ def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
 
 
 def fits(value: Any, kind: str) -> bool:
-    """Return True if a value has a parameter type by the rules of rcl: 1 is not a double.
+    """Return True if rcl accepts a value for a parameter type; 1 is not a double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
@@ -190,7 +190,7 @@ def fits(value: Any, kind: str) -> bool:
 
 
 def convert(value: Any, kind: str) -> Any:
-    """Convert a number to its parameter type if that preserves the value, else return it unchanged."""
+    """Convert a number to a parameter type if that preserves the value, else return it unchanged."""
     for one in kind.split(" or "):
         if one.endswith("_array") and isinstance(value, (list, tuple)):
             return [convert(item, one.removesuffix("_array")) for item in value]
@@ -210,7 +210,7 @@ def as_yaml(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # limits of a value or a list length
+_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # comparison and text by validator
     "gt": (operator.gt, "above"),
     "gt_eq": (operator.ge, "at least"),
     "lt_eq": (operator.le, "at most"),
@@ -221,7 +221,7 @@ _BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # limits of a
 
 
 def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
-    """Run a validator on a value; return the reason for a violation, or "", and the fix."""
+    """Run the validator ``name`` on a value; return (reason, fix), where the reason is "" for a valid value."""
     compare, words = _BOUNDS.get(name.removesuffix("_or_nan"), (None, ""))
     if compare is not None and "size" in name:
         if not any(compare(len(value), size) for size in arguments):
@@ -242,7 +242,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem with a parameter (with its name if ``at_key``) or a node; ``known`` are valid names for ``unknown``."""
+    """A problem with a node or a parameter value (its name if ``at_key``); ``known`` are names for ``unknown``."""
 
     rule: str
     message: str
@@ -254,7 +254,7 @@ class Finding(NamedTuple):
     known: Collection[str] = ()
 
     def place(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
-        """Convert to a diagnostic at a position in a file."""
+        """Convert the finding to a diagnostic at a position in a file."""
         return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
 
 
@@ -275,7 +275,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
                 yield from _unknown(name, kind, key, values, known)
         else:
             yield from _wrong_value(name, key, value, known)
-            many = known.name.partition("__map_")[2].partition(".")[0]  # list of valid names: joints for gains.joint1.p
+            many = known.name.partition("__map_")[2].partition(".")[0]  # "joints" for gains.joint1.p
             match, listed = _pattern(known.name).fullmatch(key), values.get(many)
             if match and many and key not in kind.keys and isinstance(listed, (list, tuple)) and match[1] not in listed:
                 message = f'"{key}" of {name} has no effect: "{match[1]}" is not in its {many}'
@@ -284,7 +284,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
-    """Report that a kind does not have a key; ``of_others`` is the key in other distributions."""
+    """Report a key that a kind of node does not have; ``of_others`` is the key if other distributions have it."""
     names, severity = kind.like(key), ERROR
     close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=0.9)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""

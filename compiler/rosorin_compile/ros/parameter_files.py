@@ -1,8 +1,8 @@
 """Read ROS 2 parameter files as rcl does, with the position of every key and value, and write them.
 
-The syntax is that of ``ros2/rcl:rcl_yaml_param_parser``, which differs from YAML 1.2: yes and on are true, 010 is 8, a
-list has values of one type, there are no aliases, and a key without a value is an error. Values are written with the
-type of the parameter (1.0 for a double). Parameters that a distribution does not have are not written.
+The syntax is that of ``ros2/rcl:rcl_yaml_param_parser``, which differs from YAML 1.2: "yes" and "on" are true, 010 is
+8, a list has values of one type, there are no aliases, and a key without a value is an error. Values are written with
+the type of the parameter (1.0 for a double). Parameters that do not exist in a distribution are not written.
 """
 
 import json
@@ -27,22 +27,22 @@ PARAMETERS = "ros__parameters"
 _HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
-# Numbers as in strtol and strtod, and YAML's words for infinity and NaN.
+# Numbers that strtol and strtod accept, and .inf and .nan of YAML.
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]{1,250}|0[0-7]{0,300}|[1-9][0-9]{0,300})\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
-# Substitutions by launch files, and by nav2_common, which rewrites parameter files.
+# Substitutions of launch files, $(...), and of nav2_common, <...>, which replaces them in parameter files.
 _SUBSTITUTED = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _MOST = 2**63 - 1
-# Strings without quotes, unless YAML reads them as another type (_WORDS).
+# Strings that need no quotes, unless they are in _WORDS, which YAML reads as another type.
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
 
 
 class Parameter(NamedTuple):
-    """A parameter value (bool, int, float, str, or a list of one type), and the positions of key and value."""
+    """A parameter value (bool, int, float, str, or a list of one of these), and the positions of key and value."""
 
     value: Any
     key: Span
@@ -50,14 +50,14 @@ class Parameter(NamedTuple):
 
     @property
     def substituted(self) -> bool:
-        """True if the value contains a substitution such as ``$(find-pkg-share ...)`` or ``<prefix>``."""
+        """Whether the value contains a substitution such as ``$(find-pkg-share ...)`` or ``<prefix>``."""
         values = self.value if isinstance(self.value, list) else [self.value]
         return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)
 
 
 @dataclass(frozen=True)
 class Section:
-    """Parameters by full key for nodes that match ``name``, which starts with / and may contain * and **."""
+    """Parameters, by full key, for nodes whose full name matches ``name``, which may contain "*" and "**"."""
 
     name: str
     span: Span
@@ -65,7 +65,7 @@ class Section:
 
     @property
     def of_any(self) -> bool:
-        """True if the last word of the name is a wildcard."""
+        """Whether the section applies to nodes of any name, because the last part of ``name`` is a wildcard."""
         return self.name.rsplit("/", 1)[-1] in ("*", "**")
 
     def matches(self, node: str) -> bool:
@@ -76,11 +76,11 @@ class Section:
 
 
 class NoParameters(DiagnosticError, ValueError):
-    """The file is not a valid parameter file; carries the diagnostic."""
+    """A file is not a valid parameter file; the exception contains the diagnostic."""
 
 
 def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
-    """Parse a parameter file; return its sections in file order, and warnings. Raises NoParameters."""
+    """Parse a parameter file; return its sections in the order of the file, and warnings. Raises NoParameters."""
     reader, loader = _Reader(source), getattr(yaml, "CLoader", yaml.Loader)
     try:
         reader.check_events(yaml.parse(source.text, loader))
@@ -105,10 +105,10 @@ class _Reader:
         self.source = source
         self.sections: dict[str, Section] = {}
         self.diagnostics: list[Diagnostic] = []
-        self.texts: set[int] = set()  # offsets of scalars with the tag !!str
+        self.texts: set[int] = set()  # offsets of values tagged with !!str
 
     def check_events(self, events: Iterable[Any]) -> None:
-        """Refuse aliases and too deep nesting, and collect !!str tags, before the YAML nodes are composed."""
+        """Reject aliases and deep nesting, and collect !!str tags, in YAML events before YAML nodes are built."""
         depth = 0
         for event in events:
             if isinstance(event, yaml.AliasEvent):
@@ -120,7 +120,7 @@ class _Reader:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
-        """Read a mapping of namespaces and nodes below ``above``; return True if it contains parameters."""
+        """Read a mapping of namespaces and ROS nodes in namespace ``above``; return True if it contains parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
             if not (name := self.text(key)):
@@ -141,7 +141,7 @@ class _Reader:
                 raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
             if is_node:
                 raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
-            words = above.removeprefix("/").split("/")  # as in rmw_validate_node_name
+            words = above.removeprefix("/").split("/")  # checked as in rmw_validate_node_name
             if wrong := [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]:
                 what = f'"{wrong[0] or above}" is not a name of a node or a namespace: ROS 2 refuses the whole file'
                 help = "letters, digits and _ alone, a digit not first"
@@ -153,7 +153,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Read parameters; return the name of the last one if it is an empty mapping, which confuses rcl."""
+        """Add parameters to a section; return the last name if its mapping is empty, after which rcl misreads keys."""
         empty = ""
         for key, value in mapping.value:
             if not (text := self.text(key)):
@@ -166,7 +166,7 @@ class _Reader:
             if isinstance(value, yaml.MappingNode):
                 empty = self.parameters(section, f"{name}.", value) if value.value else name
             elif has_map and len(items) == 1 and all(_is_list(inner) for _, inner in items[0].value):
-                # rcl reads a: [{b: [x]}] as a.b: [x]; gpio_controllers uses this.
+                # rcl reads "a: [{b: [x]}]" as "a.b: [x]", which parameter files of gpio_controllers contain.
                 self.parameters(section, f"{name}.", items[0])
             elif has_map:
                 message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
@@ -187,7 +187,7 @@ class _Reader:
         section.parameters[name] = made
 
     def values(self, name: str, items: Any) -> list[Any]:
-        """Parse a list; all values must have the same type."""
+        """Parse a list, and report values of different types."""
         values, first = list[Any](), ""
         for item in items.value:
             if _is_list(item):
@@ -217,13 +217,13 @@ class _Reader:
             return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
             fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
-            return (float(text), "double") if fits else (text, "string")  # out of range: a string for rcl
+            return (float(text), "double") if fits else (text, "string")  # as rcl does if out of range
         if _SPECIAL.match(text):
             return float(text.replace(".", "")), "double"
         return text, "string"
 
     def text(self, node: Any) -> str:
-        """Return a key as a string."""
+        """Return a key as a string; other types of keys are errors."""
         if not isinstance(node, yaml.ScalarNode):
             raise self.fail("a key is plain text", node)
         return str(node.value)
@@ -246,13 +246,13 @@ def _is_list(node: Any) -> bool:
 
 @dataclass(frozen=True)
 class Parameters:
-    """The contents of a parameter file: parameters by full key, for each node by full name."""
+    """The contents of a parameter file: ``node`` maps full node names to parameters by full key."""
 
     node: Mapping[str, Mapping[str, Any]]
 
 
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
-    """Parse a generated file; return parameters by node and full key. Raises ValueError for a damaged text."""
+    """Parse a generated parameter file; map full node names to parameters by full key. Raises ValueError if damaged."""
     sections, _ = read_sections(Source("", text))
     if not sections:
         raise ValueError(f"it is not a parameter file: it has no {PARAMETERS}")
@@ -260,7 +260,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 
 
 class Node(NamedTuple):
-    """A node with its parameters by full key; ``kind`` is a kind or its name, or None if types are unknown."""
+    """A ROS node with its parameters by full key; ``kind`` is its kind or kind name, or None if unknown."""
 
     name: str
     kind: Kind | str | None
@@ -268,12 +268,12 @@ class Node(NamedTuple):
 
 
 def distro_of(output: Output) -> str:
-    """Return the ROS distribution of an output."""
+    """Return the option ``distribution`` of an output, or its default."""
     return str(output.options.get("distribution", JAZZY))
 
 
 def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str], nodes: Sequence[Node]) -> str:
-    """Format the parameter file for some nodes; ``head`` are comment lines at the top."""
+    """Format nodes with their parameters as a parameter file; ``head`` are comment lines at the top."""
     tree: dict[str, Any] = {}
     for name, parameters in parameters_of(output, nodes).node.items():
         for key, value in parameters.items():
@@ -288,7 +288,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return the contents of the file for some nodes, without empty lists, because rcl cannot infer their type."""
+    """Return the contents of a parameter file for nodes; empty lists are left out, because rcl cannot infer a type."""
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind
@@ -317,7 +317,7 @@ def _scalar(value: Any) -> str:
 
 
 def parameter_file(name: str, **more: Any) -> Format:
-    """Create the format of a parameter file; ``more`` are fields that differ between parameter files."""
+    """Create the output format for a kind of parameter file; ``more`` are further fields of ``Format``."""
     about = "The distribution of ROS 2 whose nodes it is for; default jazzy."
     return Format(
         name=name,

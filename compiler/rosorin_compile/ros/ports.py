@@ -1,4 +1,4 @@
-"""The topics that stock ROS 2 nodes subscribe to and publish (ports), from ``schemas/ros2_ports.json``."""
+"""The topics that stock ROS 2 nodes subscribe to and publish (their ports), from ``schemas/ros2_ports.json``."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ IN, OUT = "in", "out"
 
 
 class Role:
-    """The purpose of a topic."""
+    """The possible roles (purposes) of a topic."""
 
     VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
     IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
@@ -21,8 +21,8 @@ class Role:
 class Port(NamedTuple):
     """A topic that a node or controller type subscribes to or publishes; ros2_ports.json explains the fields.
 
-    ``topic`` is the name after the remaps in nav2_bringup. ``stamp_parameter`` selects messages with or without a
-    header, with the default ``stamped``; it is "" if the node has no such parameter.
+    ``topic`` is the name after the remaps in nav2_bringup. ``stamp_parameter`` is the parameter that selects messages
+    with a header, with the default ``stamped``; it is "" if the node has no such parameter.
     """
 
     node: str
@@ -44,15 +44,15 @@ class Port(NamedTuple):
     group: str = ""
 
     def is_stamped(self, parameters: Mapping[str, Any]) -> bool:
-        """Return True if the node uses messages with a header (``TwistStamped``)."""
+        """Return True if a node with these parameters uses messages with a header (``TwistStamped``)."""
         return bool(parameters.get(self.stamp_parameter, self.stamped)) if self.stamp_parameter else self.stamped
 
     def message(self, parameters: Mapping[str, Any]) -> str:
-        """Return the message type for these parameters of the node."""
+        """Return the message type that a node with these parameters uses."""
         return self.type + ("Stamped" if self.is_stamped(parameters) else "")
 
     def name(self, parameters: Mapping[str, Any]) -> str:
-        """Return the topic for these parameters of the node, before remaps in its launch file."""
+        """Return the topic that a node with these parameters uses, before remaps in its launch file."""
         if self.local and parameters.get("use_local_topics"):
             return self.local
         if self.unstamped and not self.is_stamped(parameters):
@@ -66,23 +66,23 @@ class Port(NamedTuple):
 
 @cache
 def facts(name: str) -> Any:
-    """Load a table of facts about ROS 2 by file name without ``.json``."""
+    """Load the table ``schemas/NAME.json`` of facts about ROS 2."""
     return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
 
 
 def distribution_of_ports(distribution: str) -> str:
-    """Return a distribution if the table of ports has it, else the last distribution in the table."""
+    """Return ``distribution`` if the table of ports has it, else the last distribution in the table."""
     known = facts("ros2_ports")["distributions"]
     return distribution if distribution in known else str(known[-1])
 
 
 def message_of_sensor(kind: str) -> str:
-    """Return the message type for a sensor type of the description, or "" if unknown."""
+    """Return the message type that drivers publish for a sensor type of the description, or "" if unknown."""
     return str(facts("ros2_ports")["message_types"].get(kind, ""))
 
 
 def short_type(message: str) -> str:
-    """Return a message type without its package, such as LaserScan."""
+    """Remove the package from a message type: sensor_msgs/msg/LaserScan becomes LaserScan."""
     return message.rpartition("/")[2]
 
 
@@ -93,7 +93,7 @@ def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -
     for key, defaults in entry.get("stamped", {}).items():
         if (default := defaults.get(distribution)) is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
-        elif group == "control":  # controllers without the parameter only accept messages with a header
+        elif group == "control":  # controllers without the parameter require a header
             known |= {"stamp_parameter": "", "stamped": True}
     return Port(**known)
 
@@ -126,17 +126,17 @@ def port_of(plugin: str, distribution: str, role: str) -> Port | None:
 
 
 def full_type(word: str) -> str:
-    """Return the full controller type for a short name, or the name itself."""
+    """Return the full controller type for a short name, or other names unchanged."""
     return str(facts("ros2_ports")["controllers"]["short"].get(word, word))
 
 
 def interfaces_of(plugin: str) -> dict[str, Any]:
-    """Return the command and state interfaces, drive or sensor of a controller type, or {} if unknown."""
+    """Return what a controller type needs (command and state interfaces, drive, sensor), or {} if unknown."""
     return dict(facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {}))
 
 
 def full_topic(topic: str, namespace: str, node: str) -> str:
-    """Return the full name of a topic of a node in a namespace.
+    """Resolve the topic name of a node in a namespace to a full name.
 
     >>> full_topic("~/odom", "left", "base"), full_topic("scan", "", "amcl"), full_topic("/tf", "left", "base")
     ('/left/base/odom', '/scan', '/tf')

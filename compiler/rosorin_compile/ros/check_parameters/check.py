@@ -28,18 +28,18 @@ from ..parameter_files import PARAMETERS, NoParameters, Section, read_sections
 from ..ports import Role, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node, check_edges, check_frames, check_node, claims, nodes_in_files, remapped_topics
 
-# Keys of MoveIt configuration files, which are not ROS parameter files.
+# Top-level keys of MoveIt configuration files, which look like ROS parameter files but are not.
 _MOVEIT = re.compile(
     r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
     r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
 )
-_ODOM = "odom"  # the usual odometry topic
-_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # odometry topic of a drive controller
+_ODOM = "odom"  # default odometry topic of Nav2 nodes
+_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # default odometry topics of drive controllers
 
 
 @dataclass(frozen=True)
 class CheckedParameters:
-    """The number of checked edges, publishers without a file, and unknown nodes; ``robot`` is "" after an error."""
+    """The number of checked edges, publishers that no file configures, and unknown nodes; ``robot`` is "" on error."""
 
     robot: str = ""
     judged: int = 0
@@ -111,7 +111,7 @@ def check_parameters(
 
 
 def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Section]]:
-    """Parse each file into sections; add errors, and a note for each MoveIt file, to ``diagnostics``."""
+    """Parse each file into sections; append errors, and a note for each MoveIt file, to ``diagnostics``."""
     read: list[list[Section]] = []
     for path in paths:
         try:
@@ -129,14 +129,14 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 
 
 def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str]) -> Iterator[Diagnostic]:
-    """Validate the parameters of a node; those of a controller are also compared with the robot.
+    """Validate the parameters of a node, and compare parameters of a controller with the robot.
 
-    ``names`` are those of all nodes of the files.
+    ``names`` are the names of all nodes in the files.
     """
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
     if wrong is not None and wrong.severity == "error":
-        return  # otherwise every key would be an error
+        return  # without a valid type, every key would be reported
     diagnostics = list(check_node(node))
     yield from diagnostics
     if not node.type:
@@ -151,8 +151,8 @@ def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str])
     moving = any(not joint.is_fixed for joint in case.robot.joints)
     for one in against_robot(node.shown, kind, values, known, case.robot, "error", names):
         if one.rule == "controller-name" and not moving:
-            continue  # the description only has fixed frames
-        if wrong is not None:  # a type of an unknown package may use keys in another way
+            continue  # the description has no moving joints to compare with
+        if wrong is not None:  # a controller of an unknown package may use a key differently
             one = one._replace(severity=WARNING)
         drive = [case.related("the drive of the robot", ("drive",), key=True)]
         yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
@@ -167,7 +167,7 @@ def _parse_remap(word: str) -> Remap:
 
 
 def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
-    """Return the remaps in a launch file; add a note to ``diagnostics`` for remaps only known at runtime."""
+    """Return the remaps in a launch file; append a note to ``diagnostics`` for remaps only known at runtime."""
     try:
         nodes = list(nodes_of(read_utf8(path, str(path))))
     except LoadError as problem:
@@ -192,7 +192,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
 def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
     for flag, word in pairwise(words):
         if flag in ("-r", "--remap"):
-            with suppress(RequestError):  # the node rejects an invalid remap, too
+            with suppress(RequestError):  # an invalid remap has no effect in ROS either
                 remap = _parse_remap(word)
                 yield remap._replace(node=remap.node or node)
         elif flag == "--controller-ros-args":
@@ -202,7 +202,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
     """Report topics without a publisher or with mismatched types or QoS, and invalid observation sources."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
-    for node in nodes:  # leave out topics that a launch file sets
+    for node in nodes:  # skip topics with substitutions, which only launch resolves
         values, of_kind = node.values, ports(distro, node=node.kind.name) if node.kind else ()
         known = controller_ports(full_type(node.type), distro) if node.type else of_kind
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
@@ -224,7 +224,7 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
-    """Report a subscribed topic without a publisher if a controller has a similar topic or another message type."""
+    """Report a subscribed topic if no node publishes it, or only with another message type or incompatible QoS."""
     there, role, heard = graph.publishers(end), end.port.role, end.topic
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
@@ -241,7 +241,7 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
     of_drive = heard in (node.topic(_ODOM), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
     if meant is None and not of_drive and role != Role.IMU:
-        return  # the topic belongs to another node, such as a camera driver
+        return  # the publisher is probably another node, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
     what = "IMU" if role == Role.IMU else "odometry"
     known = f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
@@ -282,14 +282,14 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
 
 
 def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
-    """Report a sensor topic without a publisher if the description has sensor topics with the same message type."""
+    """Report an observation source whose topic no sensor publishes, if sensors publish that message type elsewhere."""
     if (known := sorted(other for other, kind in sensors.items() if kind == message)) and topic not in known:
         text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
         yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=NOTE)
 
 
 def summary(result: CheckedParameters) -> str:
-    """Summarize a check in one line."""
+    """Summarize the result of a check in one line."""
     severities = [one.severity for one in result.diagnostics]
     counts = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
     line = f"{count_of(result.judged, 'edge')} of nodes compared with the files: {counts or 'as described'}"

@@ -1,4 +1,4 @@
-"""controllers.yaml: check ros2_control parameters in a description or a parameter file against the robot."""
+"""Check ros2_control parameters in a description or in a parameter file such as controllers.yaml against the robot."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,8 +17,8 @@ from ..sections.control import JOINT_WORDS, POSITION, VELOCITY
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
-_TOLERANCE = 0.005  # relative: sizes are rounded, and tyres are compressed
-_LEAST = 0.0005  # m, minimum tolerance
+_TOLERANCE = 0.005  # relative tolerance of sizes, which are rounded, and of compressed tyres
+_LEAST = 0.0005  # m: minimum tolerance of sizes
 _JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
@@ -45,7 +45,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message += f'"{name}" are for {option.capitalize()}'
         yield case.problem("controllers-distribution", message, case.value(entry, "distribution"), within=True)
     if not robot.is_tree or not is_whole(robot):
-        return  # reported by other rules
+        return  # other rules report these errors
     owners: dict[tuple[str, str], str] = {}
     for one in fill(robot, distribution):
         findings = list(_findings(case, one, distribution))
@@ -58,7 +58,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str], str]) -> list[Finding]:
-    """Register the command interfaces of an active controller; report the first one that another controller claims."""
+    """Add the command interfaces of an active controller to ``owners``; report interfaces that another one claims."""
     name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
     for key, joints, words in _commands(one.type, one.values):
         for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
@@ -100,7 +100,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
-    if needed := missing(one.kind, one.values) if are_right else []:  # otherwise a wrong name is the cause
+    if needed := missing(one.kind, one.values) if are_right else []:  # wrong names make parameters seem missing
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
             help = f'{one.known.why_not}; write the values in "params"'
@@ -123,7 +123,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
 
 
 def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
-    """Report a controller that does not publish its edge in the description, or publishes a different edge."""
+    """Report a drive controller whose odometry transform is missing, or differs from ``edges`` of the description."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
     mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
@@ -151,7 +151,7 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
 def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
     path: Path = (*entry, within)
     rest, here = found.key, value_at(case.tree, path)
-    # Keys may be nested or contain dots.
+    # A parameter "a.b" can be written as "a: {b: ...}" or "a.b: ...".
     while isinstance(here, Mapping) and (names := [one for one in here if f"{rest}.".startswith(f"{one}.")]):
         name = max(names, key=len)
         path, rest, here = (*path, name), rest[len(name) + 1 :], here[name]
@@ -180,17 +180,17 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    meant = nearest(package, packages)  # vendors' packages may have similar names
+    meant = nearest(package, packages)  # perhaps another package with a similar name, so not an error
     is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
     message += " of an unknown package, so that its parameters are not checked"
     return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
-    """Return the required parameters that a controller lacks."""
+    """Return the required parameters that are not in ``given`` and that no misspelt key resembles."""
     if kind is None:
         return []
-    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, already reported
+    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt keys
     return [key.name for key in kind.own_keys() if key.needed and key.name not in given and key.name not in meant]
 
 
@@ -203,9 +203,9 @@ def against_robot(
     severity: str,
     others: Iterable[str] = (),
 ) -> Iterator[Finding]:
-    """Report parameters of a controller that disagree with a robot; ``severity`` is for numbers that differ.
+    """Report parameters of a controller that disagree with a robot; ``severity`` is that of wrong numbers.
 
-    ``others`` are controllers besides those of the description, which may claim joints for this one.
+    ``others`` are controllers that are not in the description; a joint "CONTROLLER/JOINT" may refer to them.
     """
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {*(controller.name for controller in robot.controllers), *others}
@@ -214,7 +214,7 @@ def against_robot(
         for one in _texts(value) if _JOINTS.fullmatch(key) else ():
             _, slash, joint = one.rpartition("/")
             if slash and joint in moving and (one.partition("/")[0] in controllers or not robot.controllers):
-                continue  # a controller of the chain claims it
+                continue  # a reference interface of a chained controller
             if one not in moving:
                 what = "a fixed joint" if one in robot.joint else "which is not a joint of the robot"
                 message, help = f'"{key}" of {name} lists "{one}", {what}', Suggestion(one, moving)
@@ -233,7 +233,7 @@ def _texts(value: Any) -> list[str]:
 def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
     is_size = "multiplier" not in key and key.rpartition(".")[2].rpartition("_")[2].lower() in _SIZES
     if _JOINTS.fullmatch(key):
-        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # a controller of a chain claims some
+        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # for chained controllers: CONTROLLER/JOINT
         if claimed != sorted(_texts(expected)) and key not in ("joints", "joint"):
             both = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, expected)]
             message = f'"{key}" of {name} is {both[0]}, but "drive" has {both[1]}'

@@ -22,17 +22,17 @@ from ..sections.controllers import flat
 
 UPDATE_RATE = 100  # Hz
 TF = "/tf"
-COMMAND = "/cmd_vel"  # the topic on which Nav2 and most other nodes publish velocities
-# Steering controllers of Jazzy have keys by function (traction), and the deprecated keys of Humble by position (rear).
+COMMAND = "/cmd_vel"  # the velocity topic of Nav2 and most teleoperation nodes
+# Steering controllers of Jazzy name wheels by function (traction); keys by position (rear) from Humble are deprecated.
 _LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
-_EVEN = 1e-6  # m and rad, tolerance for equal and evenly spaced wheels
-# Seconds, the default of cmd_vel_timeout in diff_drive_controller. The default of the mecanum controller is one control
-# cycle, which is too short for Nav2 with 20 messages per second.
+_EVEN = 1e-6  # m and rad: tolerance for equal radii and even spacing of wheels
+# cmd_vel_timeout in s, as in diff_drive_controller. The default of mecanum_drive_controller is a single control cycle,
+# which is too short for Nav2, which sends 20 messages per second.
 _TIMEOUT = 0.5
 
 
 class RobotParameters(NamedTuple):
-    """Controller parameters derived from the robot, by key, and why other parameters cannot be derived."""
+    """Controller parameters derived from the robot, by key, and the reason why others cannot be derived, or ""."""
 
     values: Mapping[str, Any]
     why_not: str = ""
@@ -64,9 +64,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
         return RobotParameters({}, str(problem))
     base = _base(robot, driving.frame)
     edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
-    # By default, the controller prefixes its frames with its namespace.
+    # Disable the prefix: by default, the controller prepends its namespace to frame names.
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
-    # Nav2 on Humble sends Twist without a header; only Humble has this key.
+    # Nav2 of Humble sends Twist without a header; controllers of later distributions do not have this key.
     values |= {"use_stamped_vel": False} if navigates else {}
     values["enable_odom_tf"] = any(edge in edges for edge in edges_of(robot, controller))
     values |= {"odom_frame_id": edges[0].parent} if edges else {}
@@ -84,7 +84,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
     """Return the edges of the description that a drive controller publishes.
 
-    If it is the only drive controller, edges of a publisher with the same package count, too.
+    For the only drive controller, these include edges whose publisher is in the same package.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -96,7 +96,7 @@ def _navigates(robot: Robot) -> bool:
 
 
 def _base(robot: Robot, frame: str) -> str:
-    """Return the frame directly above or below the drive frame that odometry moves, or the drive frame."""
+    """Return the frame vertically above or below the drive frame that odometry moves, else the drive frame."""
     base = frame
     while not any(edge.child == base for edge in robot.edges):
         joint = robot.joint_to.get(base)
@@ -108,7 +108,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Compute quantities of the drive (m, rad), with the names in ``derived`` of ``ros2_controllers.json``."""
+    """Compute sizes and joints of the drive (m, rad), by the names in ``derived`` of ``ros2_controllers.json``."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
     found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
@@ -116,13 +116,13 @@ def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[st
         around = (driving.wheelbase + driving.track) / 2
         found |= {role: names[0] for role, names in joints.items()} | {"half_sum": around}
         found |= {"timeout": _TIMEOUT} if _navigates(robot) else {}
-        # The position of the base relative to the centre of the wheels (vx + y * wz in mecanum_drive_controller.cpp).
+        # The offset is the base relative to the wheel centre (vx + y * wz in mecanum_drive_controller.cpp).
         found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > 1e-9}
         return found | _speeds(robot, driving, around)
     if driving.kind == DIFFERENTIAL:
         found |= {"left": list(joints["left"]), "right": list(joints["right"]), "per_side": len(joints["left"])}
         return found | _speeds(robot, driving, driving.track / 2)
-    if driving.kind == OMNI:  # wheels counter-clockwise, if they are evenly spaced
+    if driving.kind == OMNI:  # the controller expects evenly spaced wheels, counter-clockwise
         wheels = sorted(driving.wheels, key=lambda one: math.atan2(one.y, one.x) % math.tau)
         angles = [math.atan2(one.y, one.x) % math.tau for one in wheels]
         away = [math.hypot(one.x, one.y) for one in wheels]
@@ -147,7 +147,7 @@ def _spread(numbers: list[float]) -> float:
 
 
 def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
-    """Derive base velocity limits (m/s, rad/s) from wheel limits; a turn by 1 rad rolls wheels by ``around`` (m)."""
+    """Derive base velocity limits (m/s, rad/s) from wheel limits; a turn by 1 rad rolls each wheel ``around`` m."""
     rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
     if not (least := min(rims, default=0.0)) or not around:
         return {}
@@ -160,13 +160,13 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
     block = next((one for one in robot.control if one.name == controller.hardware), None)
     moved = [one for one in block.joints if one.command and (not command or command in one.commands)] if block else []
     names = [one.name for one in moved]
-    if command and about.get("joints") == "joint":  # a gripper
+    if command and about.get("joints") == "joint":  # a gripper controller, which has a single joint
         joint = robot.joint.get(str(controller.params.get("joint", names[0] if len(names) == 1 else "")))
         limits = {f"max_{key}": joint.limits_of(key)[1] for key in (EFFORT, VELOCITY)} if joint else {}
         return {"joint": joint.name if joint else None, **limits}
     values: dict[str, Any] = {"joints": names or None, "joint": names[0] if len(names) == 1 else None}
     if "states" in about and "action" in about:
-        # The first command interface that all joints have, because only one is used at a time, and all common states.
+        # Select one command interface that all joints have, because only one is used at a time, and all common states.
         given = controller.params.get("joints")
         names = list(map(str, given)) if given and isinstance(given, (list, tuple)) else names
         found = [one for block in robot.control for one in block.joints if one.name in names]
@@ -178,7 +178,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
 
 
 class ControllerParameters(NamedTuple):
-    """A controller with its full type, all parameters that are written, and the derived parameters (``known``)."""
+    """A controller, its full type, all parameters to write (``values``), and the derived parameters (``known``)."""
 
     controller: Controller
     type: str
@@ -188,13 +188,13 @@ class ControllerParameters(NamedTuple):
 
     @property
     def remaps(self) -> list[tuple[str, str]]:
-        """The remaps (from, to) that the controller needs to publish its transform on /tf."""
+        """The remaps (from, to) that make the controller publish its odometry transform on /tf."""
         topic = self.kind.odometry if self.kind is not None and self.values.get("enable_odom_tf") else ""
         return [(topic, TF)] if topic.startswith("~") else []
 
 
 def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
-    """Return the controllers of a robot with explicit and derived parameters, for humble or jazzy."""
+    """Return the controllers of a robot, with explicit and derived parameters, for a ROS distribution."""
     made = []
     for one in robot.controllers:
         plugin = full_type(one.type)
@@ -208,7 +208,7 @@ def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
 
 
 def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
-    """Return the parameters of the controller_manager node, without types of controllers."""
+    """Return the parameters of the controller_manager node, except the types of controllers."""
     values = {"update_rate": output.options.get("update_rate", UPDATE_RATE)} | flat(output.options.get("manager") or {})
     return {key: _typed(kinds(distribution)[MANAGER], key, value) for key, value in values.items()}
 
@@ -253,9 +253,9 @@ def _nodes(output: Output, controllers: Sequence[ControllerParameters]) -> list[
 
 
 class Driver(NamedTuple):
-    """A drive controller with its topics, in which a leading ~ stands for the controller name.
+    """A drive controller with its topics, in which a leading "~" is the name of the controller.
 
-    ``space`` is the namespace or ""; ``stamped`` is True for TwistStamped commands and False for Twist.
+    ``space`` is the namespace or ""; ``stamped`` is True if commands are TwistStamped, False if Twist.
     """
 
     one: ControllerParameters
@@ -270,13 +270,13 @@ class Driver(NamedTuple):
         return self.one.controller.name
 
     def topic(self, own: str) -> str:
-        """Return the name of a topic of the controller for nodes in the root namespace."""
+        """Return the full name of a topic of the controller."""
         return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
 
 
 def drivers(robot: Robot) -> list[Driver]:
     """Return the drive controllers, active ones first, or [] if the robot has no ``controllers`` output."""
-    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # name of the format
+    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # backend: format name
     if output is None or not is_whole(robot):
         return []
     found = []
@@ -289,7 +289,7 @@ def drivers(robot: Robot) -> list[Driver]:
 
 
 def is_whole(robot: Robot) -> bool:
-    """Return True if all joints and the frame of the drive exist."""
+    """Return True if all joints and the frame of the drive exist, or if the robot has no drive."""
     if (drive := robot.drive) is None:
         return True
     names = [name for names in drive.joints.values() for name in names]

@@ -24,17 +24,17 @@ from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, p
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # as in nav2_params.yaml
-_CORNERS_OF_CIRCLE = 16  # corners of the polygon that Nav2 inscribes in a circle
+_CORNERS_OF_CIRCLE = 16  # Nav2 replaces a circle by a polygon with this number of corners
 _PLANAR = "lidar_2d"
-_SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types that detect obstacles
+_SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types whose data a costmap accepts
 _SOURCE = "scan"  # name of the observation source in nav2_bringup/params/nav2_params.yaml
 _MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # source types of the collision_monitor
-_CLEARANCE = 0.05  # m, the default for depth cameras, whose points include the floor
+_CLEARANCE = 0.05  # m: default for point clouds, which contain the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 
 
 class _Source(NamedTuple):
-    """An observation source; ``topic`` is "" if unknown, points below ``clearance`` (m) above the floor are ignored."""
+    """An observation source; ``topic`` is "" if unknown. Points lower than ``clearance`` (m) count as floor."""
 
     name: str
     sensor: Sensor
@@ -44,7 +44,7 @@ class _Source(NamedTuple):
 
 
 class _Basics(NamedTuple):
-    """Navigation frames, base frame of Nav2, joint positions (rad or m), and observation sources."""
+    """The navigation frames, base frame, joint positions (rad or m) and observation sources of an output."""
 
     frames: Frames
     base: str
@@ -53,7 +53,7 @@ class _Basics(NamedTuple):
 
 
 class _Size(NamedTuple):
-    """The footprint parameters of a costmap, the range of obstacle heights (m), and a comment on the footprint."""
+    """The footprint parameters of a costmap, the lowest and highest obstacle (m), and a comment on the footprint."""
 
     parameters: Mapping[str, Any]
     heights: tuple[float, float]
@@ -65,7 +65,7 @@ class _Size(NamedTuple):
 
 
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
-    """Return the data for an output except dimensions (None without navigation frames), and all problems."""
+    """Return frames, base, pose and sources of an output, or None without navigation frames, and all problems."""
     frames, wrong = frames_of(robot, output)
 
     def add(rule: str, message: str, path: Path = (), help: Help = "", **more: Any) -> None:
@@ -112,7 +112,7 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:
-    """Return the observation sources of the output; by default all obstacle sensors with a topic."""
+    """Return the option ``sources`` of the output; by default, all lidars and depth cameras with a topic."""
     seeing = {one.name: one for one in robot.sensors if one.type in _SEEING}
     given: Mapping[str, Mapping[str, Any]] = output.options.get("sources") or {}
     if not given:
@@ -129,7 +129,7 @@ def _sources(robot: Robot, output: Output) -> list[_Source]:
 
 
 def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None, list[Diagnostic]]:
-    """Compute footprint and heights of the robot, or None if they are unknown; return also diagnostics."""
+    """Return the footprint and obstacle heights of the robot, or None if its size is unknown, and diagnostics."""
     rule, left, options = "nav2-footprint", "footprint and heights are left out", output.options
     solids, unknown = solids_of(robot, made.base, made.positions, clouds_of(robot))
     if unknown:
@@ -154,7 +154,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     def above(frame: str) -> float:
         return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
 
-    # Obstacles are between the floor and the highest point of the robot or the plane of a 2D lidar.
+    # The range of obstacle heights contains the floor, the robot, and the planes of 2D lidars.
     up, planes = above(made.base), [above(sensor.frame) for sensor in robot.sensors if sensor.type == _PLANAR]
     low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(options.get("headroom", 0.1))  # m
@@ -166,7 +166,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
             message += f"{heights[0]:g} m are not obstacles"
             found.append(error("nav2-source", message, None, 'lower "clearance"'))
     padding, remark = options.get("padding"), ""
-    free = float(0.01 if padding is None else padding)  # m, the default of Nav2
+    free = float(0.01 if padding is None else padding)  # m, by default as in Nav2
     if not circle and not holds(solids, pad(outline.corners, free)):
         outline, padding = footprint(solids, corners, free), 0.0
         remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
@@ -182,10 +182,10 @@ def _round(height: float) -> float:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of nav2.yaml, and diagnostics."""
+    """Return the text of nav2.yaml ("" on errors), and diagnostics."""
     made, found = _basics(robot, output)
     if made is None or any(one.severity == ERROR for one in found):
-        return "", []  # reported by rules
+        return "", []  # rules report the errors
     size, diagnostics = _measure(robot, output, made)
     head = [f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot."]
     head += ["No tuning is in it: load it after your own."]
@@ -217,7 +217,7 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     for name in _LAYERS.keys() & found.keys():
         found[name] |= _costmap(output, name, made.sources, size)
     found["collision_monitor"] |= _monitored(robot, output, made, size)
-    # Use the odometry topic of the node that publishes odom -> base, if it is unique.
+    # Use the odometry topic of the drive controller that publishes odom -> base, or of the only one.
     driving = drivers(robot)
     of_drive: dict[str, str] = {}
     for driver in reversed(driving):
@@ -231,14 +231,14 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     stamping = [one for one in ports(distribution, role=Role.VELOCITY, group="nav2") if one.stamp_parameter]
     for port in stamping if driving else ():
         found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
-    if robot.drive is not None and robot.drive.slides:  # the default limits of Nav2 do not allow sideways motion
+    if robot.drive is not None and robot.drive.slides:  # by default, Nav2 limits the lateral velocity to 0
         for name, limits in facts_of["sideways"][distribution].items():
             found[name] |= limits
     for name, values in found.items():
         yield Node(f"{name}/{name}", "costmap", values) if name in _LAYERS else Node(name, name, values)
     if not frames.map:
         return
-    # AMCL, which nav2_bringup starts with `tf_broadcast: true` by default, and slam_toolbox if it is a publisher.
+    # nav2_bringup always starts AMCL, with `tf_broadcast: true` by default; slam_toolbox is optional.
     located = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
     owns = {kind: any(frames.transforms_of(one) for one in nodes) for kind, nodes in located.items()}
     amcl: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
@@ -266,7 +266,7 @@ def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | No
 
 
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
-    """Return the sources of the collision_monitor, with heights (m) in the base frame."""
+    """Return the parameters for sources of the collision_monitor; their heights (m) are in the base frame."""
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
     for port in ports(distro_of(output), node="collision_monitor", role=Role.OBSTACLES) if made.sources else ():
@@ -281,7 +281,7 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
 
 
 def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
-    """Return the scan topic parameter of a node if the robot has a single 2D lidar with a known topic, else {}."""
+    """Return the parameter for the scan topic of a node if the robot has one 2D lidar with a known topic, else {}."""
     topics = {source.topic for source in _sources(robot, output) if source.sensor.type == _PLANAR}
     topics = topics or {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
@@ -289,7 +289,7 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 
 
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
-    """Return the frame and scan topic parameters of slam_toolbox."""
+    """Return the parameters of slam_toolbox for frames and the scan topic."""
     return {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved} | _scan(robot, output, SLAM)
 
 

@@ -1,8 +1,8 @@
 """Compute the footprint of a robot: a polygon in its base frame that contains the projection of all collision shapes.
 
-Each side touches the robot. The directions of sides are those of the convex hull of all boxes and meshes, and sixteen
-more for round shapes. Sides whose removal adds the least area are removed until the requested number of corners is
-left. At the end the corners are rounded, and the sides are moved outwards until the polygon contains every shape.
+The sides are parallel to those of the convex hull of all boxes and meshes, and to sixteen more directions for round
+shapes; each touches the robot. While there are too many, the side whose removal adds the least area is removed.
+Finally the corners are rounded, and the sides are moved outwards until the polygon contains every shape.
 """
 
 import math
@@ -17,24 +17,24 @@ from rosorin_compile.model.mesh_vertices import Clouds
 from rosorin_compile.model.shape import MERGED
 
 Point = tuple[float, float]
-Side = tuple[Point, float]  # the normal of a side, and its distance from the origin (m)
+Side = tuple[Point, float]  # unit normal of a side, and its distance from the origin (m)
 
 LEAST_CORNERS, CORNERS = 4, 12
-LARGEST = 1e6  # m
+LARGEST = 1e6  # m: maximum coordinate
 DIGITS = 4  # decimals of a corner (m)
 _ROUND = 16  # number of sides around round shapes
-_NOTHING = 5e-4  # fraction of the area; a side whose removal adds less is removed
+_NOTHING = 5e-4  # sides whose removal adds less than this fraction of the area are removed
 _SIDES = 48  # maximum number of hull sides that are used, longest first
-_SLACK = 1e-7  # m, tolerance for the 32-bit floats of a costmap
+_SLACK = 1e-7  # m: rounding errors of the 32-bit floats of a costmap
 _STRAIGHT = 1e-9
 _WIDEST = math.radians(150)  # largest angle between normals of adjacent sides, which limits how sharp corners are
-_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # shift of a corner per shift of its sides; 5 % for rounding
+_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # shift (m) of a corner if its sides move 1 m, plus 5 %
 
 
 class Solid(NamedTuple):
     """A collision shape in the base frame: its support function (extent along a unit vector, m) and its corners (m).
 
-    Boxes and meshes (with the vertices of their hull) have corners, round shapes have none.
+    The corners of a mesh are the vertices of its convex hull; round shapes have no corners.
     """
 
     reach: Callable[[Vector], float]
@@ -42,7 +42,7 @@ class Solid(NamedTuple):
 
 
 class Footprint(NamedTuple):
-    """Counter-clockwise corners, inscribed and circumscribed radius, lowest and highest z of the shapes (all in m)."""
+    """Counter-clockwise corners, inscribed and circumscribed radius, lowest and highest z of all shapes (in m)."""
 
     corners: tuple[Point, ...]
     inscribed: float
@@ -52,7 +52,7 @@ class Footprint(NamedTuple):
 
 
 def solids_of(robot: Robot, base: str, positions: Mapping[str, float], clouds: Clouds) -> tuple[list[Solid], list[str]]:
-    """Return collision shapes in a base frame at joint positions (rad or m), and links with missing mesh files."""
+    """Return all collision shapes, in a base frame at joint positions (rad or m), and links with unreadable meshes."""
     places = robot.poses_in_root(dict(positions))
     from_base = places[base].inverse()
     found: list[Solid] = []
@@ -98,7 +98,7 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
         if holds(solids, points, margin):
             break
     inscribed = min(at for _, at in _sides(points))
-    # Add the largest shift of a corner if all sides move out by the excess that rounding left (at most the slack).
+    # Rounding can leave shapes outside (at most the slack): add how far a corner moves if all sides move out by that.
     beyond = max(_reach(solids, (*normal, 0.0)) + margin - at for normal, at in _sides(points))
     circumscribed = max(math.hypot(*point) for point in points) + max(0.0, beyond) * _FARTHEST_CORNER
     return Footprint(tuple(points), inscribed, circumscribed, -down, up)
@@ -109,7 +109,7 @@ def _reach(solids: Sequence[Solid], direction: Vector) -> float:
 
 
 def holds(solids: Sequence[Solid], points: Sequence[Point], margin: float = 0.0) -> bool:
-    """Return True if the convex hull of points (m) contains the shapes with a margin (m)."""
+    """Return True if the convex hull of ``points`` (m) contains all shapes with a clearance of ``margin`` (m)."""
     ring = _hull(points)
     return len(ring) > 2 and all(_reach(solids, (*normal, 0.0)) + margin <= at + _SLACK for normal, at in _sides(ring))
 
@@ -147,7 +147,7 @@ def _straight(value: float) -> float:
 
 
 def _fewer(sides: Sequence[Side], most: int) -> list[Side]:
-    """Remove sides whose removal adds almost no area, then further sides until at most ``most`` are left."""
+    """Remove sides that add almost no area when removed, then others until at most ``most`` are left."""
     left = list(sides)
 
     def added(index: int) -> float:

@@ -1,4 +1,4 @@
-"""Generate the launch files for controllers, MoveIt and navigation, and the configuration files of MoveIt."""
+"""Generate launch files for ros2_control, MoveIt and navigation, and configuration files for MoveIt."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
 
 _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
-_ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt has separate limits for each axis of other joints
+_ONE_AXIS = ("revolute", "continuous", "prismatic")  # joint types for which MoveIt reads one limit per joint
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
-# Launch files with a description for README.md, and the help if their outputs are missing.
+# Launch file of each group, with its description for README.md; _OUTPUTS has the help for missing outputs.
 _FILES = {
     CONTROL: ("control.launch.py", "the controller_manager with its controllers"),
     MOVEIT: ("moveit.launch.py", "MoveIt's move_group"),
@@ -54,10 +54,10 @@ _FOR_MOVEIT = (
 
 @dataclass(frozen=True)
 class Bringup:
-    """The nodes that a package starts besides the publishers of frames.
+    """The nodes that a package starts in addition to the publishers of frames.
 
-    ``starts`` are items of ``STARTS``; ``places`` and ``outputs`` are the paths and outputs of artifacts by format;
-    ``ekf`` is the name of the filter node.
+    ``starts`` are items of ``STARTS``; ``places`` and ``outputs`` map formats to the paths and outputs of artifacts;
+    ``ekf`` is the node name of the robot_localization filter, or "".
     """
 
     robot: Robot
@@ -77,7 +77,7 @@ class Bringup:
         return fill(self.robot, self._distribution)
 
     def packages(self) -> Iterator[str]:
-        """Yield the packages of the started nodes and plug-ins."""
+        """Yield the ROS packages that contain the started nodes and plug-ins, for package.xml."""
         if CONTROL in self.starts:
             known, hardware = plugins(self._distribution), (one.plugin.partition("/")[0] for one in self.robot.control)
             yield "controller_manager"
@@ -90,7 +90,7 @@ class Bringup:
             yield from (name for name, backend in needed if backend in self.places)
 
     def files(self) -> Iterator[PackageFile]:
-        """Yield the files to generate."""
+        """Yield the launch and configuration files to generate."""
         launches = [_FILES[word] for word in self.starts]
         launches += [("bringup.launch.py", "all of it")] if self.starts else []
         yield from (PackageFile(f"launch/{file}", file, about) for file, about in launches)
@@ -125,7 +125,7 @@ class Bringup:
         return values
 
     def check(self) -> Iterator[Diagnostic]:
-        """Report missing connections of the started nodes, and yield notes on the generated files."""
+        """Report topics of the started nodes without a publisher or subscriber, and yield notes on generated files."""
         if self.starts:
             yield from open_ends(self.robot, graph_of(self.robot, self.starts))
         for block in self.robot.control if CONTROL in self.starts else ():
@@ -159,7 +159,7 @@ class Bringup:
         }
 
     def _localisation(self) -> dict[str, Any]:
-        """Return the template variables for localisation: the default of ``slam``, and parameters of slam_toolbox."""
+        """Return the template variables for localization: the default of ``slam``, and parameters of slam_toolbox."""
         output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
@@ -171,7 +171,7 @@ class Bringup:
 
     def _moveit(self) -> dict[str, Any]:
         planning, moved, solved = planning_of(self.robot), list[tuple[Any, ...]](), list[str]()
-        if planning is None:  # there is no SRDF either
+        if planning is None:  # ``bringup`` reports the missing SRDF
             return {"solved": [], "limited": [], "moved": []}
         for one in self._controllers if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
@@ -196,7 +196,7 @@ class Bringup:
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
-    """Return what a package starts, and an error if outputs for it are missing; ``placed`` are artifacts by path."""
+    """Return the nodes that a package starts, and an error if they lack outputs; ``placed`` are artifacts by path."""
     places: dict[str, str] = {}
     outputs: dict[str, Output] = {}
     named = {output.name: output for output in robot.outputs}

@@ -30,7 +30,7 @@ _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 
 @dataclass(frozen=True)
 class DeployedCopy:
-    """A copy of an artifact in a folder."""
+    """A copy of an artifact in a folder, such as a URDF in a ROS package."""
 
     file: Annotated[str, "as seen from the folder"]
     output: Annotated[str, "its name under `outputs`"]
@@ -39,7 +39,7 @@ class DeployedCopy:
 
 @dataclass(frozen=True)
 class Deployment:
-    """The artifacts of a robot in a folder; ``robot`` is "" if an error prevented the deployment."""
+    """The result of ``deploy``; ``robot`` is "" if an error prevented the deployment."""
 
     robot: str
     folder: str
@@ -63,11 +63,11 @@ def deploy(
 ) -> Deployment:
     """Write the artifacts of a robot into an existing ROS 2 package or another existing folder.
 
-    The result has the copies with their paths, and the changes as text; after an error its ``robot`` is "".
+    The result contains the copies with their paths and the changes as text; its ``robot`` is "" after an error.
 
     Args:
-        places: The paths of outputs in the folder, or ``"none"``.
-        dry_run: Write nothing.
+        places: The paths in the folder by output name, or ``"none"`` for outputs that are not written.
+        dry_run: Report the changes without writing files.
         full: List differences of texts in full in ``changes``.
     """
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
@@ -123,7 +123,7 @@ def deploy(
 def _plan(
     robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], places: Mapping[str, str]
 ) -> tuple[list[Artifact], list[Diagnostic]]:
-    """Compile each artifact for its path: from ``places``, an existing copy, or its kind; return none on errors."""
+    """Compile each artifact for its path (from ``places``, an existing copy or its format); on errors return []."""
     chosen, diagnostics = dict[str, str](), list[Diagnostic]()
     for artifact in artifacts:
         format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
@@ -166,7 +166,7 @@ def _plan(
 
 
 def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:
-    """Report deployed files that are not installed, and dependencies that are not declared."""
+    """Report deployed files that the package does not install, and dependencies missing in package.xml."""
     root, name = package_of(folder) or (None, "")
     if root is None:
         yield report("deploy-no-package", f"{folder} is in no ROS package: nothing here installs the files")
@@ -192,7 +192,7 @@ def _last(artifact: Artifact) -> str:
 
 @dataclass(frozen=True)
 class CheckedCopies:
-    """The copies of artifacts in a folder; ``robot`` is "" if an error prevented the comparison."""
+    """The result of ``check_deployed``; ``robot`` is "" if an error prevented the comparison."""
 
     robot: str = ""
     same: tuple[str, ...] = ()
@@ -211,7 +211,7 @@ def check_deployed(
     full: bool = False,
     trust: bool = False,
 ) -> CheckedCopies:
-    """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
+    """Compare the artifacts of a robot with their copies in a package, an install space or another folder.
 
     Args:
         full: List differences of texts in full in ``lines``.
@@ -269,7 +269,7 @@ def _compare(
 def _written_by_package(
     compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
 ) -> dict[str, bytes]:
-    """Return the expected launch files and carried descriptions of packages that this tool wrote, by path."""
+    """Return the expected contents, by path, of launch files and descriptions in packages that this tool wrote."""
     found: dict[str, bytes] = {}
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:
@@ -289,7 +289,7 @@ def _written_by_package(
 
 
 def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
-    """Report each manifest of an interrupted run that wrote only some of its files."""
+    """Report each package whose manifest shows that an interrupted run wrote only some of its files."""
     for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
         package = (folder / name).parent
         states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}

@@ -1,7 +1,7 @@
-"""Generate the launch files that publish the frames, and copy the description that they compile at launch.
+"""Generate the launch files that publish frames, and copy the description that is compiled at launch.
 
-A carried description is stored in ``descriptions/`` with the same relative paths as in the project, so that its files
-find each other in the install space.
+The copy is stored in ``descriptions/`` with the same relative paths as in the project, so that references between its
+files work in the install space.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
 # Included by the XML and YAML launch files; all launch files include STATICS if the description is compiled at launch.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
-# The launch configuration with the command line words for the description: its path and its arguments.
+# Name of the launch configuration with the words of the command line: path and arguments of the description.
 WORDS = "rosorin_compile_words"
 _RULE = "package-not-carried"
 
@@ -42,7 +42,7 @@ _RULE = "package-not-carried"
 class LaunchArgument(NamedTuple):
     """A launch argument; ``default`` is None if it is required, ``choices`` is empty if any value is allowed.
 
-    ``passed_as`` is the argument of the description that gets the value, unless it equals ``own``, its default there.
+    The value is passed to the argument ``passed_as`` of the description, unless it equals ``own``, the default there.
     """
 
     name: str
@@ -71,13 +71,13 @@ ARGUMENTS = (
 
 
 def mode_arguments(robot: Robot) -> dict[str, str]:
-    """Return the launch arguments for modes that static transforms depend on, by mode."""
+    """Map each mode in the conditions of static transforms to its launch argument."""
     modes = modes_in(robot, [one.when for one in static_tf.static_transforms(robot)[1]])
     return static_tf.free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
 
 def launch_values(robot: Robot, carried: CarriedDescription | None) -> dict[str, Any]:
-    """Return the template variables of launch files; ``carried`` is compiled at launch."""
+    """Return the template variables of launch files; ``carried`` is the description to compile at launch, or None."""
     always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
     conditions = {one.when: static_tf.condition(robot, one.when) for one in in_modes}
@@ -89,15 +89,15 @@ def launch_values(robot: Robot, carried: CarriedDescription | None) -> dict[str,
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
-        """Escape launch substitutions in a text for XML and YAML."""
+        """Escape launch substitutions in a text for XML and YAML launch files."""
         return text.replace("\\", "\\\\").replace("$", "\\$")
 
     def in_args(text: str) -> str:
-        """Escape a command line word for XML and YAML."""
+        """Quote a word of the command line for XML and YAML launch files."""
         return plain(shlex.quote(text))
 
     def args(transform: static_tf.StaticTransform) -> str:
-        """Format the arguments of a static_transform_publisher for XML and YAML."""
+        """Format the arguments of a static_transform_publisher for XML and YAML launch files."""
         words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
         return " ".join(words)
 
@@ -136,9 +136,9 @@ def launch_files(carried: CarriedDescription | None) -> Iterator[PackageFile]:
 
 
 class CarriedDescription(NamedTuple):
-    """A description in a package: its main file, all its files by path, and its arguments.
+    """A copy of a description in a package: the path of its main file, all its files by path, and its arguments.
 
-    ``urdf`` and ``statics`` are the outputs that are compiled at launch; ``packages`` are the ROS packages it reads.
+    ``urdf`` and ``statics`` are the names of outputs to compile at launch; ``packages`` are ROS packages that it reads.
     """
 
     description: str
@@ -150,14 +150,14 @@ class CarriedDescription(NamedTuple):
 
     @property
     def required(self) -> bool:
-        """Return True if a launch argument is required."""
+        """Return True if the description has an argument without a default."""
         return any(one.default is None for one in self.passed)
 
 
 def carry(compiled: Compiled, request: Request, options: Options) -> tuple[CarriedDescription | None, list[Diagnostic]]:
-    """Return the description that a package with these options carries, or None, and errors about its files.
+    """Copy the description for a package if its options require compiling at launch; return it or None, and errors.
 
-    The arguments of the request become the defaults at launch. Raises LoadError.
+    The argument values of the request become defaults at launch. Raises LoadError.
     """
     from rosorin_compile.language.arguments import declared_arguments
 
@@ -168,7 +168,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
-    # Copy the folder descriptions if it contains all files, else the project, or without a project the file's folder.
+    # Copy the folder "descriptions" if it contains all files, else its parent; without it, the folder of the file.
     top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
     if (folder := next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)) is None:
         prefix += f"{top.name if top.name.isprintable() and top.name.strip('.') else 'robot'}/"
@@ -197,7 +197,7 @@ def _absolute(path: Path) -> Path:
 
 
 def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) -> Iterator[Diagnostic]:
-    """Report files of the description and meshes of its URDF that cannot be found from the package."""
+    """Report files of the description and meshes of its URDF that would not be found in the package."""
     for one in [one for one in files if not one.is_relative_to(top)]:
         message = f"{one} is read, and is outside the project {top}: no package can carry it"
         yield report(_RULE, message, _mention(one.name, files))
@@ -212,7 +212,7 @@ def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) ->
 
 
 def _mention(name: str, files: Iterable[Path]) -> Span | None:
-    """Return the first position of a name in description files, or None."""
+    """Return the position where description files first mention a name, or None."""
     for file in (one for one in files if one.suffix in Description.ENDINGS):
         source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
         if name in source.text:
@@ -234,11 +234,11 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Launc
 
 
 def _unquoted(written: str) -> str:
-    """Remove the quotes of a YAML string; return other values as written."""
+    """Remove the quotes of a quoted YAML string; return other values unchanged."""
     if written[:1] not in ("'", '"'):
         return written
     try:
         value = yaml_of(written)
-    except ValueError:  # shortened text
+    except ValueError:  # the text was shortened with "..."
         return written
     return value if isinstance(value, str) else written

@@ -35,20 +35,20 @@ if TYPE_CHECKING:
 
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
-_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides the folders of formats
+_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # in addition to those of formats
 _NODES = ("robot_state_publisher", "tf2_ros")
 _LAUNCH = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
-# Folders by file extension, for formats without a folder.
+# Folder by file extension, for formats that do not name a folder.
 _BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
-# Files that are not replaced after a user has edited them.
+# Files that users may edit: an edited file is not replaced.
 LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
 LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # SPDX identifiers; the license texts are templates
 
 
 @dataclass(frozen=True)
 class WrittenPackage:
-    """A ROS 2 package that was written."""
+    """The result of ``package``; its ``package`` is "" if an error prevented writing."""
 
     package: str
     folder: str
@@ -78,8 +78,8 @@ def package(
 ) -> WrittenPackage:
     """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
 
-    Options that are None keep their values in a package that this function wrote before. After an error, ``package`` of
-    the result is "".
+    In a package that this function wrote before, options that are None keep their values. After an error, ``package``
+    of the result is "".
 
     Args:
         folder: The folder of the package.
@@ -139,10 +139,10 @@ def make(
     compiled: Compiled | None = None,
     carried: CarriedDescription | None = None,
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Return the files of the package of a robot by path, and diagnostics.
+    """Return the files of the ROS package of a robot by path, and diagnostics.
 
-    ``carried`` is a description that is compiled at launch. Meshes are the files that ``compiled`` found, or else are
-    looked up in the folders ``sources`` and in ``target``, the folder of the package.
+    ``carried`` is the description to compile at launch, or None. Meshes are the files that ``compiled`` found; others
+    are looked up in the folders ``sources`` and in the package folder ``target``.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     published = FORMATS.published_format()
@@ -152,7 +152,7 @@ def make(
     placed: dict[str, Artifact] = {}
     for artifact in artifacts:
         if FORMATS[artifact.backend].located:
-            continue  # replaced by the launch files of the package
+            continue  # the launch files of the package replace it
         last = artifact.file.rpartition("/")[2]
         last = file_name(last, published.file.format("robot")) if artifact is main else last
         place = f"{folder_of(artifact)}/{last}"
@@ -268,8 +268,8 @@ def _rendered(
 def _view(robot: Robot) -> dict[str, Any]:
     """Return the template variables of the RViz configuration: fixed frame, sensor displays, sizes in metres.
 
-    The display of a sensor without a topic in the description is disabled. Sizes have one significant digit, so that
-    small changes of a robot do not change the file.
+    Displays of sensors without a topic in the description are disabled. Sizes have one significant digit, so that small
+    changes of a robot do not change the file.
     """
     joints = robot.in_urdf()
     children = dict.fromkeys(joint.child for joint in joints)

@@ -1,4 +1,4 @@
-"""Inspect ROS packages on disk: their files, and which files they install."""
+"""Inspect ROS packages on disk: list their files, and find files that they do not install."""
 
 import fnmatch
 import os
@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rosorin_compile.source.files import exists, is_file, read_text, resolve
 
 MAX_FILES = 50_000
-_BUILT = ("build", "install", "log")  # colcon also creates COLCON_IGNORE in each
+_BUILT = ("build", "install", "log")  # folders of colcon, if they contain COLCON_IGNORE
 _SKIPPED = {"__pycache__", "node_modules"}
 _LAUNCH_ENDINGS = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".launch")
 _NODES = ("robot_state_publisher", "tf2_ros")
@@ -19,8 +19,8 @@ _NODES = ("robot_state_publisher", "tf2_ros")
 def files_below(folder: Path, skip_built: bool) -> list[str]:
     """Return the sorted relative POSIX paths of the files below a folder; symlinked folders are visited once.
 
-    ``skip_built`` skips folders that colcon created and symlinked folders, where nothing must be written.
-    Raises OSError, also if there are more than 50,000 files.
+    ``skip_built`` skips folders that colcon created and symlinked folders, where this tool must not write.
+    Raises OSError, for example for more than 50,000 files.
     """
     names: list[str] = []
     visited: set[Path] = set()
@@ -44,19 +44,19 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
 
 
 def is_launch_file(name: str) -> bool:
-    """Return True if a file name is that of a launch file."""
+    """Return True if a path has the name of a launch file."""
     return name.endswith(_LAUNCH_ENDINGS) or ("launch/" in name and name.endswith(".py"))
 
 
 class Missing(NamedTuple):
-    """How to install a file that a package does not install: the build file to edit, and the line to add."""
+    """The build file that does not install a file, and the line to add to the build file."""
 
     decided_by: str
     line: str
 
 
 def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, Missing]]:
-    """Yield the files, relative to the package, that setup.py or CMakeLists.txt does not install.
+    """Yield the files, relative to the package, that setup.py or CMakeLists.txt does not install, with the solution.
 
     If a package has both, its build type determines which of them applies.
     """
@@ -89,12 +89,12 @@ def _setup_installs(text: str, file: str) -> bool:
     if not folder or any(folder == pattern.rstrip("/") for pattern in patterns):
         file = name
         patterns = [pattern.rpartition("/")[2] for pattern in patterns]
-    # a wildcard does not match "/"
+    # unlike in fnmatch, a wildcard of glob does not match "/"
     return any(file.count("/") == one.count("/") and fnmatch.fnmatchcase(file, one) for one in patterns)
 
 
 def undeclared_packages(package: Path, launch: Sequence[str]) -> list[str]:
-    """Return the packages that launch files (``launch`` are their texts) use and package.xml does not declare."""
+    """Return the packages that launch files, passed as texts, refer to and package.xml does not declare."""
     text = _text(package / "package.xml")
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
     started = [name for name in _NODES if any(name in one for one in launch)]

@@ -1,4 +1,4 @@
-"""The sections of a description for ROS 2: ``control`` (hardware), ``controllers`` and ``moveit`` (planning)."""
+"""Sections of a description that configure ROS 2: ``control`` (hardware), ``controllers``, ``moveit`` (planning)."""
 
 from . import control, controllers, moveit
 

@@ -1,4 +1,4 @@
-"""The SRDF format: write the SRDF of a robot, read a written SRDF, and return the contents for comparison.
+"""The output format SRDF: write the SRDF of a robot, read it again, and return the contents for comparison.
 
 Sources: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from rosorin_compile.source.xml.markup import Document
 
 Entries = Mapping[str, Mapping[str, Any]]
-_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # approximates a link without collisions
+_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # the radius 0 means that the link has no collision shapes
 
 
 @dataclass(frozen=True)
 class Srdf:
-    """The contents of an SRDF: elements by name, and pairs of links as text ("arm - base")."""
+    """The contents of an SRDF for comparison: elements by name, and pairs of links as text ("arm - base")."""
 
     group: Entries = field(default_factory=dict)
     state: Entries = field(default_factory=dict)
@@ -79,9 +79,9 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
 
 
 def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tuple[str, float | tuple[float, ...]]]:
-    """Yield the joint positions of a state of a group, and the base pose if the group has the virtual joint.
+    """Yield (joint, position) for a state of a group, including the virtual joint if it is in the group.
 
-    The position of a virtual joint in MoveIt is x y theta, or x y z and a quaternion x y z w (m, rad).
+    The position of the virtual joint is (x, y, theta), or x, y, z and a quaternion (x, y, z, w), in m and rad.
     """
     virtual, base = planning.virtual, pose.base
     for joint in planning.joints_in(group):
@@ -107,7 +107,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     def value(at: float | tuple[float, ...]) -> str:
         if isinstance(at, float | int):
             return number(at)
-        split = 2 if len(at) == 3 else 3  # position, then orientation
+        split = 2 if len(at) == 3 else 3  # numbers of the position; the rest are the orientation
         return f"{vector(at[:split], number)} {vector(at[split:], number)}"
 
     values = {"name": robot.name, "planning": planning, "said": said, "attributes": attributes, "comment": comment}
@@ -122,7 +122,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text, notes = templates.own("ros/robot.srdf.jinja", values), []
     stale, meshes = planning.stale_pairs()
-    if meshes and stale:  # other changes are reported by ``checks``
+    if meshes and stale:  # ``checks`` reports other changes
         message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(stale)}"
         notes.append(report("collisions-stale", message))
     simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}
@@ -140,7 +140,7 @@ def _distance(pair: DisabledCollision) -> str:
 
 
 def read(text: str) -> Srdf:
-    """Parse an SRDF that ``write`` made. Raises ValueError if it is damaged."""
+    """Parse an SRDF written by ``write``. Raises ValueError if it is damaged."""
     root = tree_of(text)
     if root.tag != "robot":
         raise ValueError(f"the root element is {root.tag}, not robot")

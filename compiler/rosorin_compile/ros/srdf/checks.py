@@ -1,4 +1,4 @@
-"""Validate the section ``moveit`` against the URDF of its SRDF; MoveIt only logs these mistakes."""
+"""Validate the section ``moveit`` against the URDF that MoveIt loads; MoveIt only logs these mistakes."""
 
 from collections.abc import Collection, Iterator
 
@@ -15,7 +15,7 @@ _TOP = "moveit"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the section ``moveit``; with several SRDFs, problems are only reported for the first one."""
+    """Validate the section ``moveit``; if several outputs are SRDFs, problems are reported for the first only."""
     robot = case.robot
     first = next(one for one in robot.outputs if one.backend == output.backend)
     if output != first or not robot.links or not robot.is_tree:
@@ -53,7 +53,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
-    """Yield kind, name and path of each link and joint in the section, links first."""
+    """Yield (kind, name, path) of each mention of a link or joint in the section, links first."""
     for kind in ("link", "joint"):
         yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == _TOP)
 
@@ -67,14 +67,14 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 
 def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Report groups that are empty, contain themselves, or have a chain from tip to base."""
+    """Report planning groups that have no joints, contain themselves, or have a chain with swapped base and tip."""
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
         circle, links = _circle(planning, group), (*(group.chain or ()), *group.links)
         base, tip = group.chain or ("", "")
         way = case.robot.chain(base) if base in case.robot.link else []
         parents = [joint.parent for joint in way]
-        # All names exist, so the joints are known.
+        # With an unknown name, which another rule reports, the joints of the group are not known.
         is_sound = planning.links.issuperset(links) and planning.groups.keys() >= {*group.groups}
         is_sound = is_sound and planning.joints.keys() >= {*_own_joints(planning, group)}
         if circle:
@@ -95,9 +95,9 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:
-    """Return the cycle of groups through a group, or []."""
+    """Return the names of groups in a cycle of subgroups that contains a group, or []."""
     ways = [[group.name]]
-    for way in ways:  # grows, but visits each group once
+    for way in ways:  # breadth-first search: the list grows in the loop
         inner = planning.groups[way[-1]].groups
         if group.name in inner:
             return way
@@ -107,7 +107,7 @@ def _circle(planning: Planning, group: Group) -> list[str]:
 
 
 def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Report states without positions, and poses that set more than half but not all joints of a group."""
+    """Report states that set no joint of their group, and poses that set more than half of its joints but not all."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
     for group in planning.said.groups:
@@ -140,7 +140,7 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
         yield case.problem(rule, message, (*path, "parent_group"), "use the group that moves the end effector")
     elif one.parent_group and one.parent not in planning.links_in(planning.groups[one.parent_group]):
         of_group = ((kind, name) for kind, name, at in _named(case) if at[1:3] == ("groups", one.parent_group))
-        if all(name in _all(case, kind) for kind, name in of_group):  # unknown names are reported elsewhere
+        if all(name in _all(case, kind) for kind, name in of_group):  # another rule reports unknown names
             message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries '
             help = "let the chain of that group end at this link"
             yield case.problem(rule, f'{message}"{one.name}"', (*path, "parent_group"), help)
@@ -169,7 +169,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         what = stale_text(pairs) if pairs else "links were added or removed"
         message = f"shapes, joints, limits or numbers changed since the collision matrix was computed: {what}"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
-    else:  # edited by hand, because a removed link makes the matrix stale
+    else:  # only after an edit by hand: removing a link from the robot makes the matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")
         for index, pair in enumerate(value_at(case.tree, within) or ()):
             for side, name in enumerate(pair["links"]):

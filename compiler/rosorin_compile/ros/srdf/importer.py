@@ -1,7 +1,7 @@
-"""Import an SRDF: convert it to the section ``moveit`` and to poses.
+"""Import an SRDF: convert it to the sections ``moveit`` and ``poses``.
 
-Elements that MoveIt ignores (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``) are left out and
-reported. A second chain of a group is converted to a list of joints.
+Elements that MoveIt ignores (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``) are reported and left
+out. If a group has a second chain, its joints are listed instead.
 """
 
 from collections import defaultdict
@@ -23,8 +23,8 @@ from .planning import URDF, Planning, sort_pair
 
 Entry = dict[str, Any]
 
-# Attributes of each element with the kind of name that they contain. MoveIt requires all attributes except _OPTIONAL.
-# Virtual joints and groups are read before the elements that refer to them.
+# Attributes by element, with the kind that each names ("link") or "". MoveIt requires all of them except _OPTIONAL.
+# The order is that of reading: virtual joints and groups come before the elements that refer to them.
 _KNOWN: Mapping[str, Mapping[str, str]] = {
     "virtual_joint": {"name": "", "type": "", "parent_frame": "", "child_link": ""},
     "group": {"name": ""},
@@ -38,7 +38,7 @@ _KNOWN: Mapping[str, Mapping[str, str]] = {
     "joint_property": {"joint_name": "joint", "property_name": "", "value": ""},
 }
 _OPTIONAL = ("parent_group", "reason")
-_MEMBERS = ("joints", "links", "groups")  # keys of a group
+_MEMBERS = ("joints", "links", "groups")  # keys of a planning group
 _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
     "group": {
         "chain": {"base_link": "link", "tip_link": "link"},
@@ -53,7 +53,7 @@ _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
 
 @dataclass
 class _State:
-    """A state of a group: its joint positions, and the pose of the base or None."""
+    """A state of a planning group: its joint positions, and the pose of the base or None."""
 
     span: Span
     positions: dict[str, Placed] = field(default_factory=dict)
@@ -61,10 +61,10 @@ class _State:
 
 
 def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Return the sections that an SRDF adds to the description of a robot, and diagnostics."""
+    """Convert an opened SRDF to sections for the robot in ``tree``; return the sections and diagnostics."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
-        raise ValueError("the robot cannot be made")  # impossible, it was read without an error
+        raise ValueError("the robot cannot be made")  # impossible: ``tree`` has no errors
     of_urdf = ("link", "joint", "material", "transmission")
     if other := next((child for child in root.children if child.tag in of_urdf), None):
         what = f"this is a URDF, not an SRDF: it has {name_of(other)}"
@@ -79,7 +79,7 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
 
 
 class _Importer:
-    """Converts one SRDF to entries of a description, with the position of each value."""
+    """Converts an SRDF to entries of a description, with the position of each value in the SRDF."""
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
         self.robot = robot
@@ -105,7 +105,7 @@ class _Importer:
                 self._remove_unusable_groups()
 
     def _words(self, element: Element, names: Mapping[str, str], tags: Collection[str] = ()) -> list[Placed] | None:
-        """Return the required attributes of an element; report a missing attribute or unknown name and return None."""
+        """Return the required attributes of an element, or None after reporting a missing one or an unknown name."""
         before = len(self.reading.diagnostics)
         self.reading.check(element, tags, names, None)
         needed = [name for name in names if name not in _OPTIONAL]
@@ -120,13 +120,13 @@ class _Importer:
         return list(words.values()) if all(exist) else None
 
     def _children(self, element: Element) -> list[tuple[Element, list[Placed]]]:
-        """Return the children of an element that MoveIt reads, with their required attributes."""
+        """Return the valid children of an element that MoveIt reads, each with its required attributes."""
         known = _INSIDE[element.tag]
         found = [(child, self._words(child, known[child.tag])) for child in element.children if child.tag in known]
         return [(child, words) for child, words in found if words is not None]
 
     def _exists(self, name: Placed, kind: str, element: Element) -> bool:
-        """Return True if a link, joint or group of this name exists; report an unknown name."""
+        """Return True if a link, joint or group with a name exists, else report the unknown name."""
         joints = [*self.planning.joints, *([self.virtual.name] if self.virtual is not None else [])]
         known: Collection[str] = {"group": [*self.groups], "link": [*self.planning.links], "joint": joints}[kind]
         if name.value in known:
@@ -169,7 +169,7 @@ class _Importer:
         self.groups[name.value] = Placed(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
-        """Remove the groups that MoveIt ignores: groups without joints, or with an ignored or unknown subgroup."""
+        """Remove and report groups that MoveIt ignores: those without joints or with an ignored or unknown subgroup."""
         model = {}
         for name, (entry, _) in self.groups.items():
             chain = entry["chain"].value if "chain" in entry else None
@@ -207,7 +207,7 @@ class _Importer:
     def _add_position(self, state: _State, name: Placed, element: Element) -> None:
         value, joint = element.attributes["value"], self.robot.joint.get(name.value)
         words = value.words()
-        if joint is None:  # the virtual joint
+        if joint is None:  # only the virtual joint is not a joint of the robot
             count = {PLANAR: 3, FLOATING: 7}.get(self.virtual.type if self.virtual else "", 0)
             found = numbers(element, "value", count, PLAIN, self.reading) if count else None
             if found is not None and count == 3:  # x y theta
@@ -278,7 +278,7 @@ class _Importer:
         of_joint[name.value] = Placed(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
-        """Convert states to poses; compatible states with the same name share a pose. Sets ``states`` of groups."""
+        """Convert states to poses, whose names are not ``taken``; compatible states with the same name share a pose."""
         made: Entry = {}
         names: dict[tuple[str, str], str] = {}
         of_groups = [(group, self.states.get(group, {})) for group in self.groups]
@@ -299,7 +299,7 @@ class _Importer:
         return made
 
     def _merged(self, parts: Mapping[str, _State]) -> _State | None:
-        """Merge states of several groups, or return None if that would change the state of a group."""
+        """Merge states (by group) into one, or return None if that would change the state of a group."""
         merged = _State(next(iter(parts.values())).span)
         for state in parts.values():
             merged.positions |= state.positions
@@ -318,7 +318,7 @@ class _Importer:
             what = "<enable_collisions> of links that are disabled as well has no effect"
             self.reading.ignore(what, on.pop(pair).span)
         entry: Entry = {"virtual_joint": self.virtual_entry} | ({"groups": self.groups} if self.groups else {})
-        # Mappings first, then lists.
+        # In a description, mappings come before lists.
         entry |= dict(sorted(self.sections.items(), key=lambda one: isinstance(one[1], list)))
         for key, pairs in (("disabled_collisions", off), ("checked_collisions", on)):
             if pairs:

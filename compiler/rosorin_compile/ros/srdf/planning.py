@@ -1,8 +1,8 @@
-"""A robot as MoveIt reads it from URDF and SRDF: joints of groups, the virtual joint, and collision pairs.
+"""A robot as MoveIt loads it from URDF and SRDF: joints of groups, the virtual joint, and collision pairs.
 
 As in ``moveit/moveit2:moveit_core/robot_model``, a chain goes from its tip up to its base, or through their closest
-common ancestor; a link in a group stands for its parent joint. Digests show if the collision matrix was computed for
-the current robot; their numbers have nine decimals, so that rounding errors of other machines do not matter.
+common ancestor; a link in a group adds its parent joint. Digests show if the collision matrix was computed for the
+current robot; their inputs are rounded to nine decimals, so that machines with other rounding errors agree.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
-_FORM = 1  # version of the search; a new version makes every matrix stale
+_FORM = 1  # version of the search algorithm; increase it to make every collision matrix stale
 
 
 class Parts(NamedTuple):
-    """Digests of the search settings, of the shapes of each link with meshes, and of each joint."""
+    """Digests of the search settings, of the shapes by link (including mesh files), and of joints by name."""
 
     how: str
     shapes: Mapping[str, str]
@@ -39,7 +39,7 @@ class Parts(NamedTuple):
 
 @of_robot
 def planning_of(robot: Robot) -> Planning | None:
-    """Return the planning view of a robot, or None if it has no URDF output for the SRDF."""
+    """Return the robot as MoveIt loads it, or None if no output is the URDF that belongs to the SRDF."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
     name = robot.moveit.urdf if robot.moveit is not None else ""
     published = [output for output in urdfs if output.options.get("frames", "published") == "published"]
@@ -48,7 +48,7 @@ def planning_of(robot: Robot) -> Planning | None:
 
 
 class Planning:
-    """A robot as MoveIt reads it from one URDF; names in the section ``moveit`` may be invalid."""
+    """A robot as MoveIt loads it from a URDF output; the section ``moveit`` (``said``) may contain invalid names."""
 
     def __init__(self, robot: Robot, urdf: Output) -> None:
         self.robot = robot
@@ -61,7 +61,7 @@ class Planning:
 
     @cached_property
     def digest(self) -> str:
-        """A digest of the shapes, joints and limits of the URDF, and of the search settings."""
+        """A digest of the collision shapes, joints and limits in the URDF, and of the search settings."""
         links = {name: [_solid(one) for one in solids] for name, solids in self.solids.items()}
         joints = [self._joint(name) for name in self._carrying()]
         return _hash({"form": _FORM, "links": links, "joints": joints, "search": vars(self.said.search)}, 32)
@@ -73,7 +73,7 @@ class Planning:
         return sorted({geometry.file for geometry in shapes if isinstance(geometry, Mesh)})
 
     def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
-        """Return the digests of collision mesh files by name; unreadable files are left out."""
+        """Return the digests of readable collision mesh files by name; ``files`` maps names to paths."""
         found = {}
         for name in self.meshes:
             with suppress(KeyError, OSError):
@@ -81,7 +81,7 @@ class Planning:
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> Parts:
-        """Return the digests that pairs depend on; ``meshes`` are the digests of mesh files by name."""
+        """Return the digests that show which pairs changed; ``meshes`` are the digests of mesh files by name."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
@@ -90,7 +90,7 @@ class Planning:
         return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
-        """Return the pairs that are unchanged since the matrix was computed, with their entry, or None if checked."""
+        """Return the unchanged pairs of the matrix, with their entry, or None for pairs that MoveIt has to check."""
         if (matrix := self.said.matrix) is None or matrix.how != now.how:
             return {}
         then = {sort_pair(pair.links): pair for pair in matrix.pairs}
@@ -104,9 +104,9 @@ class Planning:
         return found
 
     def stale_pairs(self) -> tuple[list[Pair], list[str]]:
-        """Return the pairs of the matrix with changed shapes, joints or meshes, and the names of changed meshes.
+        """Return the pairs of the matrix whose shapes, joints or meshes changed, and the names of changed meshes.
 
-        Pairs that are still adjacent are not stale. Mesh files that cannot be found count as unchanged.
+        Pairs that are still adjacent are not stale. Mesh files that are not found count as unchanged.
         """
         if (computed := self.said.matrix) is None:
             return [], []
@@ -121,7 +121,7 @@ class Planning:
         return [pair for pair in existing if pair not in same and pair not in adjacent], changed
 
     def _with_leaders(self, names: Iterable[str]) -> set[str]:
-        """Return joints with all leaders that they mimic, directly or indirectly."""
+        """Return the names of joints and of all joints that they mimic, directly or indirectly."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -131,7 +131,7 @@ class Planning:
         return found
 
     def _carrying(self) -> list[str]:
-        """Return the sorted names of joints that move shapes."""
+        """Return the sorted names of joints above links with shapes, and of the joints that these mimic."""
         return sorted(self._with_leaders(joint.name for link in self.solids for joint in self.chain(link)))
 
     def _joint(self, name: str) -> list[Any]:
@@ -148,7 +148,7 @@ class Planning:
         return next(link.name for link in self.robot.walk() if link.name in self.links)
 
     def chain(self, link: str) -> list[Joint]:
-        """Return the joints of the URDF from a link up to the root."""
+        """Return the joints of the URDF on the path from a link up to the root."""
         found: list[Joint] = []
         while (joint := self.joint_to.get(link)) is not None and joint not in found:
             found, link = [*found, joint], joint.parent
@@ -161,7 +161,7 @@ class Planning:
         return [*(j for j in other if j not in shared), *(j for j in reversed(up) if j not in shared)]
 
     def joints_in(self, group: Group) -> list[str]:
-        """Return the unique joints of a group, including fixed joints, in URDF order."""
+        """Return the names of all joints of a group and its subgroups, including fixed joints, in URDF order."""
         joints: set[str] = set()
         groups = [group]
         for one in groups:
@@ -179,13 +179,13 @@ class Planning:
         return {self.joints[name].child for name in self.joints_in(group) if name in self.joints}
 
     def active(self, group: Group) -> list[str]:
-        """Return the joints of a group with one degree of freedom that are neither mimic nor passive."""
+        """Return the joints of a group that a planner moves: not fixed, mimic, passive or virtual."""
         names = [name for name in self.joints_in(group) if name not in self.said.passive_joints]
         joints = [self.joints[name] for name in names if name in self.joints]
         return [joint.name for joint in joints if joint.moves and joint.mimic is None]
 
     def states(self, group: Group) -> dict[str, JointPose]:
-        """Return the states of a group: poses by state name."""
+        """Return the poses that are states of a group, by state name."""
         poses = {pose.name: pose for pose in self.robot.poses}
         if group.states is not None:
             return {state: poses[name] for state, name in group.states.items() if name in poses}
@@ -194,7 +194,7 @@ class Planning:
 
     @cached_property
     def virtual(self) -> VirtualJoint | None:
-        """The joint between the world and the root; unset fields follow from the base."""
+        """The joint between the world and the root, with defaults for the base of the robot, or None if disabled."""
         if (said := self.said.virtual_joint) is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
@@ -205,7 +205,7 @@ class Planning:
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
-        """Return joint properties for planners; a planar base that cannot move sideways gets ``diff_drive``."""
+        """Return joint properties for planners; for a planar base that cannot move sideways, add ``diff_drive``."""
         found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
         virtual, drive = self.virtual, self.robot.drive
         if virtual is not None and virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING:
@@ -214,7 +214,7 @@ class Planning:
 
     @cached_property
     def solids(self) -> Mapping[str, list[Shape]]:
-        """The collision shapes in the URDF by link; links without shapes are left out."""
+        """The collision shapes in the URDF, by link; links without shapes are left out."""
         if "collision" not in self.urdf.options.get("elements", ("collision",)):
             return {}
         shapes = {name: solids(self.robot, name, self.urdf, self.links) for name in sorted(self.links)}
@@ -222,19 +222,19 @@ class Planning:
 
     @cached_property
     def adjacent(self) -> list[Pair]:
-        """The sorted pairs of links with shapes that are connected by a joint, or through links without shapes."""
+        """The sorted pairs of links with shapes that a joint connects, directly or through links without shapes."""
         neighbours: dict[str, set[str]] = {name: set() for name in self.links}
         for joint in self.joints.values():
             neighbours[joint.parent].add(joint.child)
             neighbours[joint.child].add(joint.parent)
-        for bare in sorted(self.links - self.solids.keys()):  # connect the neighbours of a link without shapes
+        for bare in sorted(self.links - self.solids.keys()):  # connect the neighbours of each link without shapes
             around = neighbours.pop(bare)
             for name in around:
                 neighbours[name] = (neighbours[name] | around) - {name, bare}
         return sorted({sort_pair((link, near)) for link, several in neighbours.items() for near in several})
 
     def disabled_pairs(self) -> list[DisabledCollision]:
-        """Return the sorted pairs that are not checked, from the matrix (which has priority) and the description."""
+        """Return the sorted pairs that MoveIt does not check, from the matrix (with priority) and the description."""
         checked = {sort_pair(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if self.said.matrix is not None else ()
@@ -245,13 +245,13 @@ class Planning:
 
 
 def sort_pair(pair: Pair) -> Pair:
-    """Sort the two names of a pair."""
+    """Sort the two link names of a pair, so that equal pairs compare equal."""
     one, other = sorted(pair)
     return (one, other)
 
 
 def stale_text(pairs: list[Pair]) -> str:
-    """Format the pairs with outdated results as a sentence."""
+    """Format stale pairs of the collision matrix as a sentence."""
     names = first_of([f"{one} and {other}" for one, other in pairs], 20)
     return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 

@@ -1,4 +1,4 @@
-"""The section ``control``: hardware blocks of ros2_control, which become ``<ros2_control>`` for Humble or Jazzy.
+"""The section ``control``: hardware blocks, which become ``<ros2_control>`` elements for Humble or Jazzy.
 
 Sources: ``ros-controls/ros2_control@{humble,jazzy}:hardware_interface/src/component_parser.cpp``,
 ``resource_manager.cpp`` and ``mock_components/generic_system.cpp``.
@@ -35,14 +35,14 @@ JOINT_WORDS = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 
 Words = Mapping[str, str | float | bool]
 OPTION = "control"
-# Common synonyms of the interface names of ros2_control.
+# Synonyms that users write instead of the interface names of ros2_control.
 _WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT, "force": EFFORT, "acc": ACCELERATION}
 _UNITS = {POSITION: ("rad", "m"), VELOCITY: ("rad/s", "m/s"), EFFORT: ("N*m", "N"), ACCELERATION: ("rad/s^2", "m/s^2")}
 _LATER = {"group": "group", "rate": "rate", "is_async": "async", "thread_priority": "thread_priority"}
 
 
 def sensor_words(kind: str) -> tuple[str, ...]:
-    """Return the state interfaces of a sensor type, or () for an unknown type."""
+    """Return the names of the state interfaces of a sensor type, or () for an unknown type."""
     return tuple(facts("ros2_ports")["sensor_interfaces"].get(kind, ()))
 
 
@@ -63,8 +63,8 @@ class Interface:
 class Component:
     """A joint, sensor or GPIO of a block, with its command and state interfaces.
 
-    ``limits``: True writes the joint limits to the command interfaces, False disables limits, "urdf" leaves them to the
-    URDF. ``mimic``: True if the hardware makes the joint follow its leader; None takes it from the joint.
+    If ``limits`` is True, joint limits are written to command interfaces; False disables limits, and "urdf" uses those
+    of the URDF. ``mimic`` is True if the hardware makes a mimic joint follow its leader, or None for the default.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Block:
-    """A hardware block; ``pose`` is the name of the initial pose of its joints, ``rate`` (Hz) its update rate.
+    """A hardware block; ``pose`` names the initial positions of its joints, ``rate`` is its update rate (Hz).
 
     Humble does not support ``group``, ``rate``, ``is_async`` and ``thread_priority``.
     """
@@ -128,19 +128,19 @@ class Block:
     source: Source = NO_SOURCE
 
     def components(self) -> Iterator[tuple[str, Component]]:
-        """Yield the joints, sensors and GPIOs, each with its key in the block."""
+        """Yield (key, component) for each joint, sensor and GPIO; the key is "joints", "sensors" or "gpio"."""
         for section, found in (("joints", self.joints), ("sensors", self.sensors), ("gpio", self.gpio)):
             yield from ((section, one) for one in found)
 
 
 def hardware_distro(output: Output) -> str:
-    """Return the distribution of the hardware blocks in an output (humble or jazzy), or "" if it has none."""
+    """Return the option ``control`` of an output (humble or jazzy), or "" if it has no hardware blocks."""
     option = output.options.get(OPTION)
     return described_by(str(option)) if option else ""
 
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
-    """Compile the hardware blocks to ``<ros2_control>`` elements for an output."""
+    """Compile the hardware blocks of a robot to ``<ros2_control>`` elements for an output."""
     distribution = hardware_distro(output)
     humble = distribution == HUMBLE
 
@@ -171,7 +171,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:
-    """Fill in command limits of a joint, and initial positions from the pose of its block."""
+    """Fill in command limits from the joint, and the initial position from the pose of the block."""
     joint = robot.joint[one.name]
 
     def command(it: Interface) -> Interface:
@@ -186,12 +186,12 @@ def _joint(robot: Robot, block: Block, one: Component) -> Component:
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
-    """Return True if the hardware makes a joint of a block follow its leader."""
+    """Return True if the hardware makes a joint follow the joint that it mimics."""
     return joint is not None and joint.mimic is not None and component.mimic is not False
 
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the hardware blocks for an output; problems in all outputs are only reported for the first one."""
+    """Validate the hardware blocks for an output; problems that concern all outputs are reported only once."""
     if not case.robot.control:
         message = f'output "{output.name}" has the option "control", but the description has no hardware blocks'
         help = 'add "control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}" to the description'
@@ -202,7 +202,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         owners: dict[tuple[str, str, str], Block] = {}
         for block in case.robot.control:
             yield from _block(case, block, owners)
-    if not case.robot.is_tree:  # reported elsewhere, and the links of outputs are unknown
+    if not case.robot.is_tree:  # another rule reports it; joints_of needs a tree
         return
     carried = {joint.name for joint in joints_of(case.robot, output)}
     for block in case.robot.control:
@@ -226,13 +226,13 @@ def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help
 
 
 def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
-    """Yield the interfaces of a component with their key (command or state) and index."""
+    """Yield (key, index, interface) for each interface of a component; the key is "command" or "state"."""
     yield from (("command", *numbered) for numbered in enumerate(one.command))
     yield from (("state", *numbered) for numbered in enumerate(one.state))
 
 
 def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
-    """Validate a block independently of outputs; ``owners`` maps each interface to the first block that has it."""
+    """Validate what does not depend on an output; ``owners`` maps each interface to the first block that has it."""
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
         message = f"a block of type actuator must have one joint, not {len(block.joints)}"
@@ -291,11 +291,11 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
         entry, word = value_at(case.tree, ("control", block.name, *path, key)), interface.name
-        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # or a single name
+        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # a single name has no deeper path
         place: Path = (*path, key, *steps)
         if (near := _WORDS.get(word.casefold(), "")) not in known:
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=0.8)), "")
-        if near and word not in known:  # custom names are allowed, but swapped letters are an error
+        if near and word not in known:  # custom names are allowed, misspelt ones are not
             severity = ERROR if near in swaps(word) else WARNING
             message = f'{of} has the {key} "{word}", which no controller claims'
             yield problem(message, place, suggest(near), severity=severity, key=place[-1] == word)
@@ -303,7 +303,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
 
 
 def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
-    """Validate a joint of a block for one URDF; ``is_carried`` is True if the URDF contains the joint."""
+    """Validate a joint of a block for a URDF output; ``is_carried`` is True if this URDF contains the joint."""
     humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'

@@ -1,4 +1,4 @@
-"""The section ``controllers``: ros2_control controllers."""
+"""The section ``controllers``: the controllers that ros2_control loads, with their parameters."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -23,7 +23,7 @@ def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...
 
 
 def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Flatten nested parameters to full keys.
+    """Flatten nested parameters to full keys, which join the nested keys with dots.
 
     >>> flat({"a": {"b": 1, "c.d": 2}})
     {'a.b': 1, 'a.c.d': 2}

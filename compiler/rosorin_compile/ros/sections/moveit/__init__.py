@@ -1,4 +1,4 @@
-"""The section ``moveit``: the data that MoveIt needs in addition to the URDF."""
+"""The section ``moveit``: data that MoveIt needs in addition to the URDF, such as planning groups."""
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -21,9 +21,9 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Group:
-    """A planning group with the joints of a chain (base, tip), named joints, parent joints of links, and subgroups.
+    """A planning group: the joints of a chain (base, tip), listed joints, parent joints of links, and subgroups.
 
-    ``states`` maps states to names of poses; None takes all poses that set every joint of the group.
+    ``states`` maps names of states to names of poses; None stands for all poses that set every joint of the group.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Group:
 
 @dataclass(frozen=True)
 class EndEffector:
-    """An end effector: its own group, the parent link that it is mounted on, and the group that moves this link."""
+    """An end effector: its group, the link that it is mounted on (``parent``), and the group that moves this link."""
 
     name: str
     group: str
@@ -48,7 +48,7 @@ class EndEffector:
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """The joint between the world and the root of a URDF; empty fields follow from the base of the robot."""
+    """The joint between the world and the root of a URDF; "" in a field selects a default for the base of the robot."""
 
     type: str = ""
     parent: str = ""
@@ -65,7 +65,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class CollisionSearch:
-    """The settings for a collision matrix: random states, seed, share for "always", distance (m) for "never"."""
+    """Settings of a collision matrix: states to try, seed, share for "always colliding", distance (m) for "never"."""
 
     trials: int = 10_000
     seed: int = 1
@@ -78,8 +78,8 @@ class CollisionMatrix:
     """A computed list of link pairs that need no collision check.
 
     ``of`` is a digest of all inputs, ``states`` the number of random states, ``meshes`` digests of mesh files by name.
-    ``how``, ``shapes`` and ``joints`` are digests of the settings, of the shapes of each link, and of each joint, which
-    show the pairs that are unchanged since the computation.
+    To find pairs that must be computed again, ``how`` is a digest of the settings, ``shapes`` has digests of the shapes
+    by link, and ``joints`` digests by joint.
     """
 
     of: str
@@ -95,9 +95,9 @@ class CollisionMatrix:
 class Moveit:
     """The contents of the section ``moveit``.
 
-    ``urdf`` is the name of an output; "" is the URDF for robot_state_publisher. ``virtual_joint`` is None if disabled.
-    ``unchecked_links`` are only checked in pairs in ``checked``. ``spheres`` approximate links, by link name;
-    ``joint_properties`` are properties for planners, by joint and property name.
+    ``urdf`` is the name of an output, or "" for the URDF of robot_state_publisher. ``virtual_joint`` is None if
+    disabled. Collisions of ``unchecked_links`` are only checked for pairs in ``checked``. ``spheres`` approximate links
+    by name; ``joint_properties`` are properties for planners, by joint and property name.
     """
 
     urdf: str = ""
@@ -115,7 +115,7 @@ class Moveit:
 
     @property
     def own_names(self) -> Mapping[str, Collection[str]]:
-        """Names by kind that the section defines in addition to the robot: the virtual joint."""
+        """The name of the virtual joint by kind ("joint"), which other entries of the description can refer to."""
         return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
 
 
@@ -167,7 +167,7 @@ def planning(case: Case) -> Iterator[Diagnostic]:
 
 
 def state_path(case: Case, group: Group, state: str) -> Path:
-    """Return the path of a state of a planning group, which is a key or a list item."""
+    """Return the path of a state of a planning group in the description; ``states`` is a mapping or a list."""
     path: Path = ("moveit", "groups", group.name, "states")
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 

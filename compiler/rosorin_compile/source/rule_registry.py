@@ -49,7 +49,7 @@ class Rule:
     help: str = ""  # Markdown
     topic: str = ""  # heading on the page
     accept: str = ""  # kind of names under which a description may accept the rule: "link", "joint", "link or joint"
-    imported: str = ""  # when an imported robot accepts the rule: "always", "lenient"
+    imported: str = ""  # when ``import`` writes an ``accept`` that suppresses the rule: "always", or with --lenient
     asked: str = ""  # what must be requested for the rule to be checked: "meshes", "physics", "simulation"
 
     @property

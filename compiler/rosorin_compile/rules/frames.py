@@ -113,7 +113,7 @@ def sight(case: Case) -> Iterator[Diagnostic]:
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:
-    """Return the links of a sensor's housing: its frame, links below the frame, and links that carry only the sensor."""
+    """Return the links of a sensor's housing: its frame, all links below, and links that carry only the sensor."""
     found = {frame, *(robot.subtree(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
@@ -147,7 +147,7 @@ def _ends(
 
 
 def _directions(view: Data) -> list[Vector]:
-    """Return unit vectors along the rays, in the frame of the view: a fan of rays around z, or an image that looks along z."""
+    """Return a unit vector for each ray, in the frame of the view: a fan is around z, an image looks along z."""
     if view["kind"] == "frustum":
         wide, tall = math.tan(view["hfov"] / 2), math.tan(view["vfov"] / 2)
         steps = [2 * index / (ALONG - 1) - 1 for index in range(ALONG)]

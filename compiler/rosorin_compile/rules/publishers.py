@@ -98,8 +98,8 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
 class Step(NamedTuple):
     """A transform parent -> child: from a joint, from an entry of ``edges``, or from a joint's list of publishers.
 
-    ``joint`` is "" for an entry of ``edges``. ``edge`` is the index in ``Robot.edges``, or None for a joint. ``when`` is
-    the condition on modes ("": always), ``path`` the path of the parent's name in the description.
+    ``joint`` is "" for an entry of ``edges``. ``edge`` is the index in ``Robot.edges``, or None for a joint. ``when``
+    is the condition on modes ("" for always), ``path`` the path of the parent's name in the description.
     """
 
     parent: str
@@ -194,7 +194,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
         for combination in combinations(modes):
             active = active_in(claims, combination)
             owners = [claim for claim in active if not claim.is_silent]
-            # A joint may be unpublished in some modes (``by: none``); in these modes no edge may publish it.
+            # A joint can declare modes without a publisher (``none``); in these, no edge may publish it.
             silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
             if len(owners) > 1 or silent:
                 *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
@@ -412,7 +412,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     for combination in combinations(modes):
         active = active_in(published, combination)
         reached = {step.child for step in active}
-        # Frames that are published only in other modes, although no ``by: none`` declares that.
+        # Frames that are published only in other modes, although their joints do not declare that (``none``).
         gaps = claimed - {step.child for step in active_in(silent, combination)}
         parts = _pieces_with(active, links)
         for whole in _pieces_with(published, links):
@@ -458,7 +458,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             steps = [step for step in published if frame in (step.parent, step.child)]
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
             if any(step.child == frame for step in steps):
-                # Another rule reports modes without a publisher, except modes with ``by: none``.
+                # Another rule reports modes without a publisher, unless the joint declares them (``none``).
                 turns = [step for step in silent if step.child == frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:

@@ -20,8 +20,8 @@ from rosorin_compile.source.wording import phrase, quote, suggest
 from .case import Case, number
 from .joints import pieces
 
-# Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in other units; none of the units of CAD
-
+# Meshes are in metres, millimetres (scale 0.001), inches (0.0254) or, seldom, other units of CAD programs. All of these
+# units are smaller than 100 m and larger than a hundredth of a millimetre.
 LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
 UNEVEN = 100.0  # ratio of scales along two axes; even a unit cube that is scaled to a table top has only 30
 # Ratios of a length to the diagonal of the rest of the robot; millimetres instead of metres give 1000.

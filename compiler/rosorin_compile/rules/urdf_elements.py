@@ -1,7 +1,7 @@
-"""Rules about raw XML elements: well-formed text, and for the URDF known names, no duplicates and the right parents.
+"""Rules about snippets of raw XML: they must be well-formed; in a URDF also names, duplicates and parents are checked.
 
-Readers ignore elements with unknown names: Gazebo keeps its default friction, a controller waits for a missing joint
-forever.
+Programs silently ignore elements with unknown names: Gazebo uses its default friction, or a controller waits forever
+for a missing joint.
 """
 
 import json
@@ -84,7 +84,7 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     if made.span is None:
         return made
     span, column = made.span, made.span.column - 1
-    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # the text of a block scalar begins in the next line
+    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # begins one line below
     line = span.line + number - (0 if is_block else 1)
     form = re.compile(rf"(?<![\w./-]){re.escape(name)}(?![\w./-])")
     found = form.search(span.source.line(line), column if line == span.line else 0)

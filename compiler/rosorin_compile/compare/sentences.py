@@ -152,8 +152,8 @@ def describe_move(
 ) -> str:
     """Describe how the pose of a frame changed.
 
-    ``apart`` is how far the frame moved and turned, ``others`` are frames that moved with it. If the parent changed, the
-    caller reports that, and only the coordinates are described. Changes up to ``least`` are ignored.
+    ``apart`` is how far the frame moved and turned, ``others`` are frames that moved with it. The caller reports a
+    changed parent; then only the coordinates are described. Changes up to ``least`` are ignored.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(poses[0], poses[1], apart, least)

@@ -109,7 +109,7 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Reading:
-    """The result of reading a robot in any format: the model, all diagnostics, the files that were read, the YAML tree."""
+    """The result of reading a robot in any format: the model, all diagnostics, the input files, the YAML tree."""
 
     robot: Robot | None
     diagnostics: list[Diagnostic]

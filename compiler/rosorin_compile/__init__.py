@@ -6,7 +6,7 @@ The names in ``__all__`` are the Python API (docs/python.md). ``rosorin_compile.
 
 from rosorin_compile.source.version import __version__
 
-TYPE_CHECKING = False  # importing typing takes milliseconds, and a Ctrl-C meanwhile prints a traceback
+TYPE_CHECKING = False  # do not import typing: it takes milliseconds, in which a Ctrl-C prints a traceback
 
 # fmt: off
 # isort: off

@@ -4,8 +4,8 @@ import gc
 
 
 def program() -> int:
-    """Run the command line; return the exit code, 130 after a Ctrl-C."""
-    gc.disable()  # collection finds little to free in short runs
+    """Run the command line and return the exit code, which is 130 after a Ctrl-C."""
+    gc.disable()  # garbage collection takes time and frees little in a short run
     try:
         from rosorin_compile.cli.main import main as run
 

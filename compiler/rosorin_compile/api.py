@@ -1,15 +1,15 @@
 """The Python API: functions that return a frozen dataclass and never print.
 
-Larger features define such functions in their own modules; the package exports all of them.
+Larger features define such functions in separate modules; the package exports all of them.
 Errors in the files of a robot are in the ``diagnostics`` of the result. An invalid argument, a missing package or a
-file that must not be replaced raises ``RequestError``, an unknown name ``UnknownName``. Many functions have these
-arguments:
+file that must not be replaced raises ``RequestError``; an unknown name raises ``UnknownName``. Arguments of many
+functions:
 
-- ``robot``: a description, as its main file, its folder, or its name in ``descriptions/``. Functions that do not
+- ``robot``: a description: the path of its main file or folder, or its name in ``descriptions/``. Functions that do not
   compile also accept a robot in another format. The command line passes a ``Request``.
-- ``arguments``: arguments of the description or the xacro by name, as texts (``-a NAME=TEXT``) or values in SI units.
-- ``packages``: folders of ROS packages by name.
-- ``trust``: run the Python code of a xacro without a warning. ``warn`` receives the warning before the code is run.
+- ``arguments``: arguments of the description or xacro by name, as strings (``-a NAME=TEXT``) or values in SI units.
+- ``packages``: folders of ROS packages by package name.
+- ``trust``: run the Python code of a xacro without a warning. Otherwise ``warn`` is called before the code is run.
 - ``output``: the file or folder to write. ``force`` replaces a file that this tool did not write.
 """
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Checked:
-    """The comparison of the committed artifacts of a robot with its description.
+    """The result of comparing the committed artifacts of a robot with its description.
 
     ``differing`` are the files that are missing, changed or no longer artifacts; ``lines`` describe the differences
     as ``rosorin-compile check`` prints them. Both are empty if ``compiled`` has errors.
@@ -62,7 +62,7 @@ class Checked:
 
     @property
     def same(self) -> bool:
-        """Whether the robot has no errors, no engine rejects an artifact, and each file is as committed."""
+        """Whether the robot has no errors, all files are as committed, and no engine rejects an artifact."""
         return not self.differing and not has_errors(self.diagnostics)
 
     def __str__(self) -> str:
@@ -72,9 +72,9 @@ class Checked:
 
 @dataclass(frozen=True)
 class Written:
-    """The files in ``folder`` after the artifacts of a robot were written, by name.
+    """The names of the files in ``folder`` after the artifacts of a robot were written.
 
-    ``kept`` are files that are not artifacts and were left alone; ``removed`` were deleted by ``prune``. If
+    ``kept`` are files that are not artifacts and were not touched; ``removed`` are files that ``prune`` deleted. If
     ``diagnostics`` has errors, nothing was written.
     """
 
@@ -89,7 +89,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Explained:
-    """The poses of frames, links, joints, etc., and the YAML line of each number; empty if there are errors."""
+    """The poses of frames, links, joints, etc., with the YAML line of each number. There are none after errors."""
 
     answers: "tuple[Explanation | Answer | NamedValue, ...]" = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -138,11 +138,11 @@ def compile(  # noqa: A001 - re.compile has this name, too
 ) -> Compiled:
     """Compile a description to its artifacts, without writing them.
 
-    If the result has no ``robot``, its ``diagnostics`` have errors.
+    After errors, ``robot`` of the result is None, and ``diagnostics`` has the errors.
 
     Args:
-        outputs: Names of the outputs to generate; by default all.
-        meshes: Find the mesh files, and verify the artifacts by reading them back, as ``rosorin-compile all`` does.
+        outputs: Names of the outputs to generate. Default: all.
+        meshes: Search the mesh files, and verify the artifacts by reading them back, as ``rosorin-compile all`` does.
 
     Example:
         >>> import rosorin_compile
@@ -185,7 +185,7 @@ def check(
     """Compile a description and compare the result with its committed artifacts.
 
     Args:
-        outputs: The folder with one subfolder for each robot; by default that of the project.
+        outputs: The folder that contains one subfolder per robot. Default: the outputs folder of the project.
 
     Example:
         >>> import rosorin_compile
@@ -221,8 +221,8 @@ def write(
 
     Args:
         outputs: As in ``check``.
-        prune: Delete files in the robot's folder that are not artifacts.
-        only: Names of the outputs to write; by default all.
+        prune: Delete files in the robot's subfolder that are not artifacts.
+        only: Names of the outputs to write. Default: all.
 
     Example:
         >>> import rosorin_compile, tempfile
@@ -269,15 +269,14 @@ def diff(
 ) -> Difference:
     """Compare two robots by meaning: descriptions, files in any supported format, or ``Robot`` objects.
 
-    A ``Robot`` is compared as a description, which can express every value; for another format pass the path of a file.
-    If the result has no ``a`` and ``b``, its ``diagnostics`` have errors. ``str(result)`` is the text that
-    ``rosorin-compile diff`` prints.
+    A ``Robot`` object counts as a description, which can express every value. After errors, ``a`` and ``b`` of the
+    result are None, and ``diagnostics`` has the errors. ``str(result)`` is what ``rosorin-compile diff`` prints.
 
     Args:
         tolerance: The largest difference to ignore, in metres, radians or relative to the number.
-        prefix: The prefix of all names in ``b``; by default it is detected.
+        prefix: The prefix of all names in ``b``, or "" for none. Default: detect it.
         arguments: Arguments of both robots.
-        a_arguments: Arguments of ``a`` only; ``b_arguments`` are those of ``b`` only.
+        a_arguments: Arguments of ``a`` only. ``b_arguments`` are arguments of ``b`` only.
         brief: Shorten the lists of values that are not compared.
 
     Example:
@@ -316,7 +315,7 @@ def diff(
 def _load_side(
     robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
 ) -> tuple[Side | None, Imported | None, list[Diagnostic]]:
-    """Load one side of a comparison: the side, or None after errors; the imported file, if it is one; diagnostics."""
+    """Load a robot to compare. Return (side or None after errors, imported file or None, diagnostics)."""
     if isinstance(robot, Robot):
         return Side(robot.name, YAML, robot), None, []
     requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
@@ -341,11 +340,11 @@ def _load_side(
 def explain(
     robot: FilePath | Request, names: Sequence[str], arguments: Values = None, packages: Packages = None, pose: str = ""
 ) -> Explained:
-    """Return the poses of frames, links, joints, sensors or parts, and the line of YAML behind each number.
+    """Return the poses of frames, links, joints, sensors or parts, and the YAML line that defines each number.
 
     Args:
         names: Names of frames, links, etc.; names of numbers, such as ``z`` or ``mass``, select the numbers to explain.
-        pose: A named pose, in which frames are shown as well.
+        pose: A named pose. The poses of frames are also computed for its joint positions.
 
     Example:
         >>> import rosorin_compile
@@ -445,10 +444,10 @@ def collisions(
     force: bool = False,
     trust: bool = False,
 ) -> "CollisionMatrix":
-    """Compute the pairs of links that MoveIt does not need to check, with distances in m, and write them to a file.
+    """Compute the pairs of links that MoveIt need not check for collisions, with distances (m), and write a file.
 
     Args:
-        output: The file; by default ``collisions.yaml`` next to the description, which includes it.
+        output: The file to write. Default: ``collisions.yaml`` next to the description, which includes it.
         force: Compute the pairs again, even if the file is up to date.
 
     """

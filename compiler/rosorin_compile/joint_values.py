@@ -32,10 +32,10 @@ _COORDINATES: Mapping[str, tuple[tuple[str, ...], ...]] = {
 def positions(
     robot: Robot, pose: str = "", joints: Values = None, pulses: Mapping[str, object] | None = None
 ) -> dict[str, Position]:
-    """Return the positions of a named pose ("" for none), overridden by ``pulses``, then by ``joints``.
+    """Return joint positions from a named pose ("" for none), overridden by ``pulses``, then by ``joints``.
 
-    Positions are numbers in rad or m, or texts such as "30deg". Raises RequestError, and NoPulse for a pulse that does
-    not exist.
+    Requested positions are numbers in rad or m, or strings such as "30deg"; the result is in rad or m. Raises
+    RequestError, and NoPulse for a pulse out of range.
     """
     found: dict[str, Position] = {**(robot.positions(pose) if pose else {})}
     for name, pulse in (pulses or {}).items():
@@ -101,7 +101,7 @@ def _single(joint: Joint, text: str) -> float:
 
 
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
-    """Convert a number, a quantity or an expression to SI units. Raises RequestError."""
+    """Convert a text with a number, a quantity ("30deg") or an expression to SI units. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
     if (unit := units.unknown_unit(text)) is not None:
         raise RequestError(f'{subject} has an unknown unit: "{unit}"')
@@ -125,7 +125,7 @@ def _whole(text: str) -> int:
 
 
 def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False) -> list[Diagnostic]:
-    """Return a warning (an error if ``strict``) for each joint limit that a state exceeds, mimic joints included."""
+    """Return a warning (an error if ``strict``) for each limit that a joint, also a mimic joint, exceeds in a state."""
     found: dict[tuple[str, str], Diagnostic] = {}
     help, severity = "the joint does not get there; with --strict this is an error", ERROR if strict else WARNING
     for state, joint in product(states, case.robot.joints):
@@ -149,8 +149,8 @@ def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False)
 class JointPulse:
     """A servo pulse of a joint, and the resulting position in ``unit``.
 
-    ``difference`` is ``position`` minus ``requested``; both are None if a pulse was requested.
-    ``degrees`` is None for a sliding joint.
+    ``difference`` is ``position`` minus ``requested``. If a pulse was requested, ``difference`` and ``requested`` are
+    None. ``degrees`` is None for a prismatic joint.
     """
 
     joint: str
@@ -169,8 +169,8 @@ class Pulses:
     """The requested servo pulses with the resulting joint positions, and the calibration of the servos.
 
     ``servos`` are groups with the same calibration: position = (pulse - zero_pulse) * rad_per_pulse, negated if
-    ``flipped``; ``rad_per_pulse`` is in metres for a sliding joint. ``without_servo`` are joints of the requested pose
-    that have no servo.
+    ``flipped``; for a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` are joints of the requested
+    pose that have no servo.
     """
 
     servos: tuple[ServoGroup, ...] = ()
@@ -194,13 +194,13 @@ def pulses(
     """Convert servo pulses to joint positions and back.
 
     Args:
-        values: Pulses as whole numbers, or positions as texts with a unit (``"30deg"``), by joint.
-        pose: A named pose to convert, before ``values``.
+        values: By joint name, pulses as integers, or positions as strings with a unit (``"30deg"``).
+        pose: A named pose to convert; ``values`` override its positions.
         unit: ``"rad"`` or ``"deg"``: numbers in ``values`` are positions in this unit (or metres), not pulses.
         strict: Treat positions beyond a limit as errors.
 
     Raises:
-        NoPulse: A pulse does not exist, or no pulse sets a position.
+        NoPulse: A pulse is out of range, or no pulse sets a requested position.
 
     Example:
         >>> import rosorin_compile
@@ -234,7 +234,7 @@ def pulses(
 
 
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:
-    """Convert a pulse or, if it is None, the pulse nearest to the requested position."""
+    """Return the result for a pulse or, if ``pulse`` is None, for the pulse nearest to the position ``requested``."""
     joint, group = robot.joint[name], servo_of(robot, name)
     compared: tuple[float | None, float | None] = (None, None)
     if pulse is None:

@@ -1,4 +1,4 @@
-"""A request: a robot, and the arguments, packages and trust with which it is loaded or compiled."""
+"""A request to load or compile a robot: the robot, its arguments, and ROS packages."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 
 FilePath = str | os.PathLike[str]
 Values = Mapping[str, Any] | None  # arguments by name
-Packages = Mapping[str, FilePath] | None  # folders of ROS packages by name
-Warn = Callable[[Diagnostic], None] | None  # receives a warning before code is executed
-EXECUTED = "xacro-runs-code"  # the rule of a warning before a xacro runs code
+Packages = Mapping[str, FilePath] | None  # folders of ROS packages by package name
+Warn = Callable[[Diagnostic], None] | None  # a function that is called with each warning before code is executed
+EXECUTED = "xacro-runs-code"  # rule id of the warning before a xacro file runs Python code
 
 
 @dataclass(frozen=True)
 class Request:
     """A robot, and the arguments with which it is compiled.
 
-    ``arguments`` are texts, as in ``-a NAME=TEXT``, or values of Python; they override those in ``argument_files``.
+    ``arguments`` are strings, as in ``-a NAME=TEXT``, or Python values; they override those in ``argument_files``.
     ``packages`` maps names of ROS packages to folders. ``trust`` permits a xacro to run Python code without a warning.
-    ``warn`` receives the warnings that have to be printed before code is executed; without it they are among the
-    diagnostics. If there are ``problems``, loading or compiling the robot only returns them.
+    Otherwise ``warn`` is called with the warning before code is executed; if ``warn`` is None, the warning is among the
+    diagnostics. If ``problems`` is not empty, loading or compiling the robot only returns these diagnostics.
     """
 
     description: Description
@@ -62,7 +62,7 @@ class Request:
         trust: bool = False,
         warn: Warn = None,
     ) -> Request:
-        """Return the request for a robot; ``outputs`` is the folder with one subfolder per robot."""
+        """Build the request for a robot; ``outputs`` is the folder that contains one subfolder per robot."""
         if isinstance(robot, Request):
             return robot
         found = of_api(robot, arguments, packages)
@@ -78,12 +78,12 @@ class Request:
 
     @property
     def is_foreign(self) -> bool:
-        """Whether the robot is in another format than a description: URDF, xacro, SDF, MJCF or a driver's JSON."""
+        """Whether the robot is not a description, but a URDF, xacro, SDF, MJCF or ``robot_model`` JSON file."""
         return is_foreign(self.description.path)
 
     @property
     def tell(self) -> Warn:
-        """The callback for warnings before code is executed; it does nothing if the code is trusted."""
+        """The function to call with warnings before code is executed; it does nothing if the code is trusted."""
         return (lambda _warning: None) if self.trust else self.warn
 
     def values(self) -> dict[str, Any]:
@@ -91,7 +91,7 @@ class Request:
         return read_argument_files(self.argument_files, self.arguments) if self.argument_files else {**self.arguments}
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
-        """Return the options for a reader of another format. Raises LoadError unless arguments are texts or numbers."""
+        """Return the options to import the robot. Raises LoadError for arguments that are not strings or numbers."""
         texts, wrong = as_texts(self.values())
         if wrong:
             raise LoadError(wrong[0])
@@ -103,8 +103,8 @@ class Request:
         """Compile the robot and read its artifacts back; nothing is written.
 
         ``outputs`` are the names of the outputs to generate, by default all. Without ``meshes``, mesh files are not
-        searched, and nothing is read back. With ``foreign``, a robot in another format is accepted: its outputs are
-        those of the description that ``import`` would write. ``lenient`` accepts violations of its specification.
+        searched, and nothing is read back. ``foreign`` accepts a robot in another format, with the outputs of the
+        description that ``import`` would write. ``lenient`` accepts violations of the specification of that format.
         """
         if self.problems:
             return Compiled(None, (), [*self.problems], ())
@@ -122,8 +122,8 @@ class Request:
     def understand(self, foreign: bool = True, outputs: bool = False, lenient: bool = True) -> Understood:
         """Load the robot without generating artifacts.
 
-        With ``foreign``, a robot in another format is accepted; with ``outputs`` it gets all outputs that its
-        description would list. ``lenient`` accepts one that violates the specification of its format.
+        ``foreign`` accepts a robot in another format; with ``outputs``, it has all outputs of the description that
+        ``import`` would write. ``lenient`` accepts violations of the specification of that format.
         """
         path, problems = self.description.path, [*self.problems]
         try:
@@ -137,14 +137,14 @@ class Request:
         return Understood(Expanded(None, [], (path,)), None, problems)
 
     def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
-        """Return the robot with its positions in files and warnings about executed code, or None and its errors."""
+        """Return (robot with source positions, warnings about executed code), or (None, errors)."""
         found = self.understand()
         if found.case is None:
             return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
         return found.case, tuple(one for one in found.diagnostics if one.rule == EXECUTED and not self.trust)
 
     def read(self, lenient: bool = False) -> Reading:
-        """Read the robot in any format; ``lenient`` accepts one that violates the specification of its format."""
+        """Read the robot in any format; ``lenient`` accepts violations of the specification of its format."""
         found = self.understand(lenient=lenient)
         imported, diagnostics = found.imported, found.diagnostics
         if imported is None or imported.tree is None:
@@ -155,7 +155,7 @@ class Request:
         return Reading(robot, diagnostics, found.expanded.files, imported.tree)
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
-        """Find the mesh files of a robot, and read the ones that its artifacts open."""
+        """Find the mesh files of the robot, and read those that its artifacts open."""
         from rosorin_compile.formats.mesh_files import Places, read_files, search
 
         folder = self.description.outputs
@@ -177,7 +177,7 @@ def read_options(
 
 
 def prove(compiled: Compiled) -> Compiled:
-    """Read the artifacts back; if one contradicts the robot, replace all artifacts in the result with errors."""
+    """Read the artifacts back; if an artifact contradicts the robot, return only errors and no artifacts."""
     from rosorin_compile.compare.artifacts import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []
@@ -185,7 +185,7 @@ def prove(compiled: Compiled) -> Compiled:
 
 
 def is_foreign(path: Path) -> bool:
-    """Return True if a robot is in another format than a description, by its file name or its text on stdin."""
+    """Return True if a file is not a description, judged by its name or, for stdin, by its contents."""
     text = stdin_of(path)
     if text is not None:
         return text[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")

@@ -19,9 +19,9 @@ from rosorin_compile.source.wording import phrase
 
 @dataclass(frozen=True)
 class FrameTransform:
-    """The pose of ``target`` in ``source`` at joint ``positions``: metres, and radians about fixed axes.
+    """The pose of ``target`` in ``source`` at joint ``positions``, in metres and radians (``rpy``: fixed axes).
 
-    ``quaternion`` is x y z w with the sign that tf2 prints, ``matrix`` has four rows.
+    ``quaternion`` is (x, y, z, w) with the sign that tf2 prints; ``matrix`` is 4x4, as rows.
     """
 
     source: str
@@ -72,11 +72,11 @@ def transform(
     Args:
         source: The frame in which the pose is expressed.
         target: The frame whose pose is returned.
-        pose: A named pose of the description; joints that nothing sets are at zero.
-        joints: Positions by joint: numbers in rad or m, or texts such as ``"30deg"``. They override all others.
+        pose: A named pose of the description. Joints without a position are at zero.
+        joints: Positions by joint: numbers in rad or m, or strings such as ``"30deg"``. They override all others.
         pulses: Pulses of servos by joint; they override ``pose``.
         sweeps: Ranges of positions by joint, ``"FROM:TO:COUNT"``; several ranges yield all combinations.
-        modes: Modes of the robot that are on or off; if any is set, all others are off.
+        modes: Modes of the robot that are on (True) or off. If any is set, all others are off.
         strict: Treat positions beyond a limit as errors.
 
     Example:
@@ -136,7 +136,7 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:
-    """Explain why the description has no transform: which edges lack numbers, who publishes them, and when."""
+    """Explain why a transform is unknown: which transforms on the way have no numbers, and who publishes them when."""
     source, target = problem.source, problem.target
     if not problem.missing:
         help = "declare the transform that joins them under edges, with who publishes it"
@@ -157,7 +157,7 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
 
 
 def _remarks(case: Case, steps: Iterable[Step]) -> Iterator[Diagnostic]:
-    """Yield notes on transforms of the chain that are published only in some modes, or never."""
+    """Yield notes on transforms in a chain that are published only in some modes, or never."""
     for step in steps:
         path = case.joint(step.joint) if step.joint else ("edges", case.robot.edges.index(step.edges[0]))
         if not step.publishers:

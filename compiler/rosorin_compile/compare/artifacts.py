@@ -1,7 +1,7 @@
 """Compare the values ("leaves") in committed, compiled and expected artifacts, and group their differences.
 
-To verify an artifact, its expected contents are compared with the values read back from its text. A renamed link or
-joint hides no other change, because the old leaves are renamed, too.
+To verify an artifact, its expected contents are compared with the values read back from its text. Links and joints that
+were renamed get their new names in the old leaves first, so that they hide no other change.
 
 Each change between committed and compiled artifacts is found once, with the artifacts that contain it. A difference of
 shapes or masses may follow from another change: an artifact that leaves out a frame adds the shapes of that frame to
@@ -47,7 +47,7 @@ def output_of(robot: Robot, artifact: Artifact) -> Output:
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Read old and new leaves of an artifact, or None without a reader for its format. Raises ValueError if damaged."""
+    """Read the old and new leaves of an artifact, or return None if its format has no reader. Raises ValueError."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None
@@ -66,13 +66,13 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
-    """Rename leaves to the link names of the robot if an artifact uses different names."""
+    """Rename links in leaves to the names in the robot, if options of the output rename links in the artifact."""
     names = format.names(output) if format.names is not None else {}
     return walk.with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
-    """Return the pairs after giving links and joints in the old leaves their new names."""
+    """Give renamed links and joints in the old leaves of all pairs their new names."""
     links: dict[str, str] = {}
     for pair in pairs:
         links |= walk.new_link_names(pair.old, pair.new)
@@ -126,7 +126,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the leaves that the partial view ``meant`` also has; shapes without names and colours."""
+    """Return the leaves of ``found`` that the partial view ``meant`` also has, and shapes without names and colours."""
     part = {quantity: value for quantity, value in found.items() if quantity in meant}
     for quantity, value in part.items():
         if isinstance(value, Shapes):
@@ -147,7 +147,7 @@ _KINDS = {"frame": 0, "joint": 0, "link": 0, "height map": 0, "servo": 1, "pose"
 
 
 class Change(NamedTuple):
-    """A change, and the artifacts that contain it."""
+    """A change between committed and compiled artifacts, and the artifacts that contain it."""
 
     kind: str
     name: str
@@ -155,7 +155,7 @@ class Change(NamedTuple):
     text: str  # the change in words
     artifacts: tuple[str, ...] = ()
     therefore: tuple[str, ...] = ()  # links whose shapes or masses differ only as a consequence
-    differences: tuple[Difference, ...] = ()  # the leaves that it covers
+    differences: tuple[Difference, ...] = ()  # the differing leaves that the change explains
 
     def words(self) -> str:
         """Return the change in words, with its consequences."""
@@ -168,13 +168,13 @@ class Change(NamedTuple):
 
 
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
-    """Return the changes of all pairs, sorted by link from the root down, then servos, poses and the rest."""
+    """Return the changes in all artifacts, sorted by link from the root down, then servos, poses and the rest."""
     changes: list[Change] = []
     for pair in pairs:
         for kind, names in pair.renamed.items():
             for old, new in names.items():
                 _merge(changes, Change(kind, new, "", f"{kind} {old} renamed to {new}", (pair.output.name,)))
-    # Differences with the same meaning in several artifacts are one change; collect them with artifact and text.
+    # Differences with the same meaning in several artifacts are one change: group them as (pair, difference, text).
     groups: dict[Address, list[list[tuple[Pair, Difference, str]]]] = {}
     bodies: list[tuple[Pair, Difference]] = []
     for pair in pairs:
@@ -195,7 +195,7 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
                 text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
             outputs, differences = tuple(each[0].output.name for each in group), tuple(each[1] for each in group)
             changes.append(Change(*address, text, outputs, (), differences))
-    # Begin with artifacts that have all frames, in which each link is separate.
+    # Begin with artifacts that have the most links: others merge the shapes of several links.
     for pair, one in sorted(bodies, key=lambda found: -len(links_of(found[0].new))):
         _add_body(robot, changes, pair, one)
     order = {pair.output.name: index for index, pair in enumerate(pairs)}
@@ -254,7 +254,7 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
 
 
 def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
-    """Return the part of a difference that ``causes`` do not explain: looks, boxes of a height map, or all."""
+    """Return the parts of a difference that ``causes`` do not explain, such as colours or boxes of a height map."""
     if not causes:
         return [one]
     if causes - {"height map", "material"}:
@@ -271,7 +271,7 @@ def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
 
 
 def _merge(changes: list[Change], change: Change) -> None:
-    """Add a change, or add its artifact to an equal one; a cylinder equals a capsule if a format has no capsules."""
+    """Add a change or, if an equal one exists, its artifact; a cylinder may equal the capsule of another format."""
     for at, other in enumerate(changes):
         texts = [each.text.replace(" capsule ", " cylinder ") for each in (other, change)]
         if other[:3] == change[:3] and texts[0] == texts[1]:
@@ -345,7 +345,7 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
             continue
         if kind in ("link", "height map") and (name in changed or (name in came and quantity)):
             continue
-        if kind == "link" and not quantity and name in before & after:  # it gained or lost its contents
+        if kind == "link" and not quantity and name in before & after:  # only mass and shapes are new or removed
             for word, value in (one.old or one.new).items():
                 yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
         elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):

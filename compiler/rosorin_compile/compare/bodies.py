@@ -1,9 +1,9 @@
 """Match links, joints and bodies of two robots, and compare the poses and the motion of their frames.
 
-A body is a set of links that are fixed to each other, named after the topmost link. Files may attach the links of a
-body to each other in different ways. Frames that moved together are one difference: a cluster is a set of frames of one
-body whose relative poses are equal in both robots. A cluster is in place if it moves equally in both robots relative to
-some cluster of a body above, even if the joints in between are elsewhere.
+A body is a set of links that are fixed to each other, named after its topmost link; two files can attach the links of a
+body in different ways. A cluster is a set of frames of one body whose relative poses are equal in both robots; frames
+that moved together are one difference. A cluster is in place if it moves equally in both robots relative to a cluster
+of a body above, even if the joints in between are elsewhere.
 """
 
 import math
@@ -38,7 +38,7 @@ class Line(NamedTuple):
 
 
 class Bodies:
-    """The bodies of a robot; ``split`` are fixed joints that separate bodies because they move in the other robot."""
+    """The bodies of a robot. The fixed joints ``split`` also separate bodies, because they move in the other robot."""
 
     def __init__(self, robot: Robot, precision: Precision, split: frozenset[str] = frozenset()) -> None:
         self.robot = robot
@@ -63,14 +63,14 @@ class Bodies:
             yield (top := self.top[joint.parent])
 
     def joints_between(self, upper: str, lower: str) -> list[Joint] | None:
-        """Return the joints from body ``upper`` down to body ``lower``, or None if it is not below."""
+        """Return the joints from body ``upper`` down to body ``lower``, or None if ``lower`` is not below ``upper``."""
         bodies = [lower, *self.above(lower)]
         if upper not in bodies:
             return None
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> RoundedTransform:
-        """Return the pose of ``target`` in ``source``, a link of the same body or a body above; all joints at zero."""
+        """Return the pose of ``target`` in ``source``, a link of the same body or a body above; joints are at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent)).then(self.edge(joint))
@@ -105,7 +105,7 @@ class Bodies:
 
 
 def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:
-    """Return the distance between two poses (m, rad; zero up to ``tolerance`` and rounding), and its precision."""
+    """Return ((m, rad) between two poses, precision); zeros for differences up to ``tolerance`` plus rounding."""
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
     distance, angle = (by if by > known else 0.0 for by, known in zip(apart, least, strict=True))
@@ -118,7 +118,7 @@ def has_axis(joint: Joint) -> bool:
 
 
 def axis_gap(old: Line, new: Line, tolerance: float) -> Apart:
-    """Return how far an axis moved sideways (m) and turned (rad), or zeros within the precision of the axes."""
+    """Return how far an axis moved sideways (m) and turned (rad), with zeros for changes within the precision."""
     angle = angle_between(old.direction, new.direction)
     way, (x, y, z) = minus(new.point, old.point), old.direction
     along = dot(way, old.direction)
@@ -158,7 +158,7 @@ def same_motion(
 
 
 class Pairing(NamedTuple):
-    """Two matched robots; B has the names of A."""
+    """Two matched robots; links and joints of B have the names of their counterparts in A."""
 
     a: Bodies
     b: Bodies
@@ -201,7 +201,7 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
     links = walk.new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
     other = renamed_robot(robots[1], links, {})
     joints = walk.new_joint_names(leaves(other), leaves(robots[0]))
-    # The new name of a joint in B must be unused, or be renamed itself.
+    # If another joint of B already has the new name of a joint, rename that other joint.
     for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
         joints[name] = f"{name} (of B)"
     one, other = robots[0], renamed_robot(other, {}, joints)
@@ -252,7 +252,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"
             values = (joint.name, None) if word == REMOVED else (None, joint.name)
             yield Item(JOINT, joint.name, "existence", text, *values)
-    # The keys are names in B without the prefix.
+    # ``pairing.links`` maps names in B (without the prefix) to names in A.
     new_names = {old: new for new, old in pairing.links.items()}
     for old in (name for name in pairing.a.top if name in new_names):
         yield Item(NAME, old, "name", f"link {old} renamed to {new_names[old]}", old, new_names[old])
@@ -265,8 +265,8 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
 def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
     """Report which frames moved, by how much, and at which positions of the joints.
 
-    Return the frame in which to compare shapes and masses for each body of A; and the joints with the opposite sign in
-    B, mapped to True if the sign of their limits is also opposite.
+    Return two mappings: from each body of A to the frame in which to compare its shapes and masses; and from each joint
+    with the opposite sign in B to True if the sign of its limits is also opposite.
     """
     work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
@@ -313,7 +313,7 @@ class _Frames:
                 self._moved_joint(joint, twin, joint.child if joint.child in first else first[0], same_kind)
         self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
         for head, *others in (one for one in clusters if one is not first and one not in in_place):
-            # Report the pose in its parent, or in the frame in which its body is compared.
+            # Report the pose of the cluster in its parent, or in the frame in which its body is compared.
             above = self.a.robot.joint_to.get(head)
             parent = above.parent if above is not None else ""
             is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
@@ -339,7 +339,7 @@ class _Frames:
         return gap(self.a.relative(*way), self.b.relative(*(other or way)), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
-        """Return the clusters that are in place relative to the body above, or to one further up if it moved."""
+        """Return the clusters that are in place relative to the body above or, if that moved, to a body further up."""
         joint = self.a.robot.joint_to[top]
         for upper in (body for body in self.a.above(top) if body in self.clusters):
             ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
@@ -372,7 +372,7 @@ class _Frames:
             text = value_change(f"{joint.child} parent", joint.parent, twin.parent)
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
             self._moved(JOINT, joint.name, (joint.parent, joint.child), (twin.parent, twin.child))
-        else:  # the nearest link above the joint that is above the target in B, too
+        else:  # find the nearest link above the joint that is also above the target in B
             above = (name for body in self.a.above(joint.child) for name in (joint.parent, *self.a.members[body]))
             b, tops = self.b, self.b.top
             source = next((n for n in above if n in tops and b.joints_between(tops[n], tops[target])), "")
@@ -393,14 +393,14 @@ class _Frames:
         self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
-        """Add to a change of an axis the largest displacement of links below, and the joint positions there."""
+        """Add to a change of an axis the largest displacement of a link below, and its joint positions."""
         reach = _SLIDE if joint.type == "prismatic" else _TURN
         lower, upper = -reach, reach
         for limit in (each.limit for each in (twin, joint) if each.type != "continuous"):
             if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
                 lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
         steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
-        # Every joint is moved separately.
+        # Ignore mimics, so that every joint is moved separately.
         joints = [tuple(replace(each, mimic=None) for each in side.robot.joints) for side in (self.a, self.b)]
         robots = [replace(side.robot, joints=some) for side, some in zip((self.a, self.b), joints, strict=True)]
         trees = [robot.subtree(robot.joint[joint.name].child) for robot in robots]
@@ -421,7 +421,7 @@ class _Frames:
     def _moved(
         self, kind: str, name: str, way: tuple[str, str], other: tuple[str, str], others: Sequence[str] = ()
     ) -> None:
-        """Report a frame whose pose differs; ``way``: its parent and itself, ``others``: frames that moved with it."""
+        """Report that a frame moved; ``way`` and ``other`` are (parent, frame) in A and B; ``others`` moved with it."""
         apart, least = self._gap(way, other)
         if any(apart):
             old, new = pose_of(self.a.relative(*way).transform), pose_of(self.b.relative(*other).transform)

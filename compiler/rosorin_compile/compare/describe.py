@@ -16,7 +16,7 @@ from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
 MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
-# Units of numbers by the end of the name of their quantity (the first match wins): for revolute, prismatic joints.
+# (unit for revolute joints, unit for prismatic joints) by the end of the quantity's name; the first match is used.
 _POSITION = ("rad", "m")
 _UNITS = {
     **dict.fromkeys(("damping", "kv", "k velocity"), ("N*m*s/rad", "N*s/m")),
@@ -32,11 +32,11 @@ _OTHER_UNITS = {"rad per pulse": "rad", "radius": "m", "mass": "kg"}
 
 
 class Describer(NamedTuple):
-    """Describes differences between leaves, with the names of a robot."""
+    """Describes differences between the leaves of two versions of a robot."""
 
     robot: Robot
     sides: tuple[Leaves, Leaves]  # all leaves of both versions
-    precisions: Precisions = (exact, exact)  # of the numbers on both sides
+    precisions: Precisions = (exact, exact)  # precision of the old and of the new numbers
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
@@ -124,7 +124,7 @@ class Describer(NamedTuple):
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
-    """Describe a new or removed link or frame, and how artifacts attach it."""
+    """Describe a new or removed link or frame, and the joints or transforms that attach it in the artifacts."""
     frames = [side.get(("frame", name), {}) for side in sides]
     joints = [(side["joint", joint].get("type", ""), joint) for side in sides if (joint := joint_of(side, name))]
     kind, joint = next((one for one in joints if one[0] in MOVING), ("", ""))
@@ -141,17 +141,17 @@ def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leav
 
 
 def joint_of(leaves: Leaves, child: str) -> str:
-    """Return the name of the joint above a frame, or an empty text if there is none."""
+    """Return the name of the joint above a frame, or "" if there is none."""
     return next((name for (kind, name), of in leaves.items() if kind == "joint" and of.get("child") == child), "")
 
 
-# Up to this many solids of a link are described one by one.
+# If a link has at most this many changed solids, each is described separately.
 FEW = 5
 NO_WORD = "nothing"
 
 
 class ShapeChange(NamedTuple):
-    """A change of solids in words, with the solids before and after; ``looks``: they fill the same space."""
+    """A change of solids in words, with the old and new solids; ``looks``: only names or colours changed."""
 
     text: str
     old: Sequence[Solid]
@@ -160,7 +160,7 @@ class ShapeChange(NamedTuple):
 
 
 def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
-    """Return the numbers of solids before and after a change of shapes, and the solids that only one side has."""
+    """Return ((old number of solids, new number), removed solids, added solids) of a change of shapes."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
     rest = match(old, new)
@@ -170,7 +170,7 @@ def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Describe how the solids of a link changed, one by one if few; ``counts`` are their numbers before and after."""
+    """Describe how the solids of a link changed; ``counts`` are the numbers of its solids before and after."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
@@ -194,7 +194,7 @@ def shapes_change(
 
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
-    """Match a few old and new solids by position: in order, unless other pairs are more similar."""
+    """Match old and new solids by position, and return (old index, new index) of each pair; for a few solids."""
 
     def unlike(one: Solid, other: Solid) -> tuple[int, float]:
         different = sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True))
@@ -225,7 +225,7 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
 
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
-    """Describe how the kind, size and pose of a solid changed, in one sentence; empty if they did not."""
+    """Describe in one sentence how the kind, size and pose of a solid changed; return "" if they did not."""
     length, turn = join_errors(one.tolerance, other.tolerance), join_errors(one.turn_tolerance, other.turn_tolerance)
     parts = _parts(one, other, (NOISE + length, NOISE + turn))
     if not parts and (one.words, one.rgba) == (other.words, other.rgba):

@@ -1,8 +1,8 @@
-"""Compare two robots by meaning, whatever format they were written in, and report the differences.
+"""Compare two robots by meaning, also robots in different formats, and report the differences.
 
-B gets the names of A first (``bodies``). Then frames, masses, shapes and sections are compared, relative to the nearest
-link that both have. Shapes are sets of solids; links that are fixed to each other have one set. Values that a format
-does not support are reported as not compared, not as differences.
+Links and joints of B first get the names of their counterparts in A (``bodies``). Then frames, masses, shapes and
+sections are compared. Shapes are compared as sets of solids, one set for all links that are fixed to each other. Values
+that a format does not support are reported as not compared, not as differences.
 """
 
 import math
@@ -66,11 +66,11 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
 
 
 def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
-    """Match two robots under common names; they keep the order of their links and joints."""
+    """Match the links and joints of two robots, and give matching ones the same name."""
     a, b = _without_made_visuals(a, b), _without_made_visuals(b, a)
     for at, side, other in ((1, a, b), (0, b, a)):
         output = other.format.output(side.robot)
-        if other.format.names is not None and output is not None:  # an output can rename the links of its artifact
+        if other.format.names is not None and output is not None:  # options of an output can rename links
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             other = other._replace(robot=renamed_robot(other.robot, free, {}))
@@ -81,7 +81,7 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairin
 
 
 def _without_made_visuals(side: Side, other: Side) -> Side:
-    """Remove visuals that were made from collision shapes, for links without visuals in the other robot."""
+    """Remove visuals that were generated from collision shapes if the link has no visual in the other robot."""
     bare = {link.name for link in other.robot.links if not link.visual}
     made = {link.name for link in side.robot.links if link.name in bare and shows_collision(link)}
     links = tuple(replace(link, visual=()) if link.name in made else link for link in side.robot.links)
@@ -89,9 +89,9 @@ def _without_made_visuals(side: Side, other: Side) -> Side:
 
 
 def _carrying(side: Side, other: Side) -> Side:
-    """Add the masses of links that the other file leaves out to the links of a description that carry them.
+    """Add masses in a description as the other robot's format does for the links that it leaves out.
 
-    This is for links below moving joints; links that are fixed to each other are compared as one body anyway.
+    Only links below moving joints matter here: links that are fixed to each other are compared as one body anyway.
     """
     robot, leaves_out = side.robot, other.format.leaves_out
     carried = frozenset(robot.link.keys() & other.robot.link.keys())
@@ -107,7 +107,7 @@ def _carrying(side: Side, other: Side) -> Side:
 
 
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
-    """Return the links of one robot that the format of the other leaves out by design, and notes about them."""
+    """Return the links that are missing in one robot because of its format, and notes about these links."""
     names: set[str] = set()
     lines: list[str] = []
     for robot, other, side, its in ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a)):
@@ -130,7 +130,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
 
 
 def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
-    """Report differences in the masses of links, or of bodies in the frames ``origins`` if links share a mass."""
+    """Report differences in mass of links, or of bodies (fixed links together) if their mass is divided differently."""
     precisions = pairing.a.precision, pairing.b.precision
 
     def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:
@@ -163,7 +163,7 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
 
 
 def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial | None, Precision]:
-    """Return the total inertial of links of a body in one of its frames, and its precision."""
+    """Return (total inertial, precision) of some links of a body, in the frame of one of its links."""
     links = [(inertial, name) for name in names if (inertial := bodies.robot.link[name].inertial) is not None]
     parts = [(inertial, bodies.relative(frame, name)) for inertial, name in links]
     if not any(inertial.mass for inertial, _ in parts):
@@ -179,7 +179,7 @@ def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial |
 
 
 class Piece(NamedTuple):
-    """A solid in the frame of its link, and its shape."""
+    """A solid in the frame of its link, and the shape from which it comes."""
 
     link: str
     shape: Shape
@@ -199,8 +199,8 @@ def pieces_of(
 ) -> Pieces:
     """Return the solids of a link without colours; of meshes only the file names are kept.
 
-    Without ``capsules`` they are replaced as in URDF 1.0; ``form`` is how height maps are divided into boxes. With
-    ``words`` solids have their names and values for simulations.
+    Without ``capsules``, capsules become cylinders as in URDF 1.0. ``form`` is the mode of dividing height maps into
+    boxes (``HeightMap.boxes``). With ``words``, solids include their names and values for simulations.
     """
     found: Pieces = []
     for whole in shapes:
@@ -238,7 +238,7 @@ class _Comparison:
         self.bodies = pairing.a, pairing.b
         formats = [side.format for side in sides]
         self.words = formats[0] is formats[1]
-        # A description has the values of a URDF, but simulator formats have a default colour.
+        # In a description and a URDF, a visual may have no colour, but simulator formats have a default colour.
         self.says_no_colour = self.words or all(one is FORMATS.published_format() or not one.load for one in formats)
         self.one_box = next((one for one in formats if has_one_box(one)), None)
         no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
@@ -303,7 +303,7 @@ class _Comparison:
 
         rows = cut(0, ROWS), cut(1, ROWS)
         for at in (0, 1):
-            # Extend height maps down to z = 0 if an output does, and if more boxes of the other side match then.
+            # Extend height maps down to z = 0 if an output does so and then more boxes match the other robot.
             maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
             if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
                 low, other = cut(at, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
@@ -315,12 +315,12 @@ class _Comparison:
         return rows
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
-        """Return solids in ``frame``, a link of their body, or if it is empty each in the frame of its link."""
+        """Return solids in ``frame``, a link of their body; if ``frame`` is "", each in the frame of its own link."""
         side = self.bodies[at]
         return [one.solid.seen_from(side.relative(frame, one.link)) if frame else one.solid for one in pieces]
 
     def _take_same_space(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> None:
-        """Remove the boxes of links if they fill the same space: height maps can be divided in different ways."""
+        """Drop boxes that fill the same space in both robots, because a height map can be divided in different ways."""
         boxes: list[list[tuple[Piece, Solid]]] = []
         for at, pieces in enumerate((old, new)):
             some = [piece for piece in pieces if piece.link in names]
@@ -358,7 +358,7 @@ class _Comparison:
             self.report.items.append(Item(VISUAL, link, "colour", text, before, after))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
-        """Return the colours of two visuals if they differ, with None for a colour that is not set, else None."""
+        """Return the (old, new) colours of two visuals, each None if not set, or None if they do not differ."""
         old, new = (side.robot.colour(shape) for side, shape in zip(self.bodies, (one, other), strict=True))
         if any(side.format is not YAML for side in self.sides):
             old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))

@@ -17,7 +17,7 @@ from rosorin_compile.source.wording import count_of, plural, printable
 
 from .precision import POSE_NOISE, Precision, exact
 
-# A description can express everything, and is not an artifact.
+# The format of a description, for comparisons only: it can express everything and is not an artifact.
 YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = POSE_NOISE
 
@@ -42,10 +42,10 @@ Scalar = float | str | None
 
 @dataclass(frozen=True)
 class Item:
-    """A difference, in words and as values in SI units."""
+    """A difference between two robots, as a sentence and as values in SI units."""
 
     kind: str
-    name: str  # of the link or joint in A, or in B if it is new
+    name: str  # name of the link or joint in A, or in B if it is new
     quantity: str
     text: str
     before: Scalar = None
@@ -53,8 +53,8 @@ class Item:
     unit: str = ""
     distance: float | None = None  # distance between the frames, m
     angle: float | None = None  # rad
-    when: str = ""  # the positions of the joints in words
-    at: Mapping[str, float] = field(default_factory=dict)  # joint positions of the largest difference
+    when: str = ""  # the joint positions of the largest difference, in words
+    at: Mapping[str, float] = field(default_factory=dict)  # joint positions (rad or m) of the largest difference
 
 
 class Report(NamedTuple):
@@ -67,7 +67,7 @@ class Report(NamedTuple):
 
 @dataclass(frozen=True)
 class Difference:
-    """The differences in meaning between two robots; ``notes`` list different texts with the same meaning.
+    """The differences in meaning between two robots; ``notes`` are differences without an effect on the meaning.
 
     ``a`` and ``b`` are None if they could not be read or compared; ``diagnostics`` has the errors.
     """

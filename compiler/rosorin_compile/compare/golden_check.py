@@ -1,4 +1,4 @@
-"""Compare committed with compiled artifacts by meaning, then as texts, and load the artifacts with engines.
+"""Compare committed with compiled artifacts by meaning, then as text, and load the artifacts with their engines.
 
 Each committed artifact is read by its format, and its values are compared with the compiled ones.
 """
@@ -40,7 +40,7 @@ _REMARKS = {
 class TextDifference(NamedTuple):
     """A difference in the text of a file: its kind, a remark, and for a changed file the lines of a unified diff.
 
-    ``shown``: the diff is useful to a person, unlike the diff of a picture.
+    ``shown`` is False if the diff is not useful to a person, such as the diff of a picture.
     """
 
     file: str
@@ -86,9 +86,9 @@ def _first_difference(old: str, new: str) -> str:
 
 
 class Comparison(NamedTuple):
-    """The differences between committed and compiled artifacts, by meaning and file by file.
+    """The differences between committed and compiled artifacts, in meaning and in text.
 
-    ``pairs`` are the artifacts that differ and can be read, each as committed and as compiled.
+    ``pairs`` are the artifacts that differ and can be parsed, each with its committed and its compiled values.
     """
 
     changes: tuple[Change, ...]
@@ -129,7 +129,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
                 remark = f"different text; nothing that is compared by meaning differs: {_first_difference(old, new)}"
-                with suppress(ValueError, SyntaxError):  # equal except for space, comments and number notation
+                with suppress(ValueError, SyntaxError):  # ignore space, comments and number notation
                     if format.syntax is not None and format.syntax(old) == format.syntax(new):
                         remark = "same meaning, different text"
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
@@ -156,10 +156,10 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
 
 
 class Committed(NamedTuple):
-    """The differences between committed files and compiled artifacts, and why engines reject artifacts.
+    """The differences between committed files and compiled artifacts, and the errors of engines that load these.
 
     ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are artifacts that
-    contradict up-to-date ones, so they were edited and the description did not change.
+    were edited by hand: they contradict an artifact that is up to date, so the description did not change.
     """
 
     comparison: Comparison
@@ -174,7 +174,7 @@ class Committed(NamedTuple):
         return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
 
     def lines(self, full: bool = False) -> list[str]:
-        """Return the differences as lines; texts are shortened unless ``full``."""
+        """Return the differences as lines of text; text diffs are shortened unless ``full``."""
         outputs = {artifact.output for artifact in self.edited}
         changes = tuple(change for change in self.comparison.changes if not outputs.issuperset(change.artifacts))
         return [
@@ -189,7 +189,7 @@ def compare_committed(
 ) -> Committed:
     """Compare a compiled robot without errors with the files in its outputs folder.
 
-    ``load`` returns the robot with its positions in files, for errors of engines.
+    ``load`` returns the robot with source positions, to which errors of engines are mapped.
     """
     if compiled.robot is None:
         raise ValueError("a robot with errors has no artifacts")

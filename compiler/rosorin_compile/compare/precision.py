@@ -9,21 +9,21 @@ from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.source.numbers import off_by_short, off_by_six, six
 
-# Returns the largest error of the values of a key ("xyz", "rpy", "ixx").
+# A function from a key ("xyz", "rpy", "ixx") and its numbers to the largest error of these numbers.
 Precision = Callable[..., float]
 Precisions = tuple[Precision, Precision]  # of two compared sides
 
-# Rounding errors of arithmetic: relative to the larger of two numbers, and to 1 m or 1 rad.
+# Rounding error of floating-point arithmetic, relative to the larger of two numbers (and to 1 m or 1 rad).
 NOISE = 1e-12
 # Accumulated rounding error of a chain of transforms (m, or an entry of a rotation matrix).
 POSE_NOISE = 1e-9
-# Factors if all three coordinates have an error, and if all three angles rotate about the same line.
+# Factors for the combined error of three coordinates, and of three angles (if all rotate about one line).
 ROOT_THREE, TURNS = 3**0.5, 3.0
-# A number with fewer digits counts as exact, not as rounded: 0.1 is 0.1.
+# A number with fewer characters than this counts as exact, not as rounded: 0.1 is 0.1.
 _FEWEST = 6
-# How much larger the error of a number is that was calculated from printed numbers.
+# The error of a number that is calculated from printed numbers is larger by this factor.
 _CALCULATED = 4.0
-# Above the largest angle (rad) and entry of a quaternion.
+# No angle (rad) or entry of a quaternion is larger.
 _LARGEST_ANGLE = 4.0
 
 _IN_TEXT = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
@@ -57,10 +57,10 @@ def printed_precision(text: str) -> Precision:
 
 
 def join_errors(first: float, second: float) -> float:
-    """Return the largest distance of two printed numbers with the same meaning, from their errors.
+    """Return the largest difference of two printed numbers for the same value, from their largest errors.
 
-    If both are rounded in the same way, they are equal, and adjacent printed numbers are two errors apart; otherwise
-    their errors add up.
+    Numbers with equal errors are rounded in the same way. Adjacent printed numbers are two errors apart and must count
+    as different, so the result is less than the sum of the errors.
     """
     larger, smaller = max(first, second), min(first, second)
     return larger + min(smaller, larger / 2)

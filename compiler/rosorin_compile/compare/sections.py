@@ -21,7 +21,7 @@ from .sentences import is_number, size_of, text_of
 from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
 ONE_BOX = "several shapes"  # the topic that a format with one box per link does not support
-# The topics that a format may not support: a key of the language, a name in messages, and the leaves ("KIND QUANTITY").
+# Topics that a format may not support: (key of a description, name in messages, pattern of leaves "KIND QUANTITY").
 _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "mass": ("links.inertial", "masses", "link (mass|centre of mass|inertia)"),
     "collision": ("links.collision.box.size", "collision shapes", "link collision|height map (heights|cell|origin)?$"),
@@ -46,7 +46,7 @@ _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "fixed joint name": ("sensors.joint", "names of fixed joints", "$"),
     "urdf_elements": ("urdf_elements", "elements for URDF alone", "(joint|link|robot) element"),
 }
-# The leaves that every format supports, and leaves that are only compared between robots of the same format.
+# Leaves that every format supports; leaves (with their topic) that are only compared between equal formats.
 _ALWAYS = re.compile(r"joint (type|child|axis|limit (lower|upper))?|frame (parent|origin)?|link |robot ")
 _SAME_FORMAT = {"robot modes": "mode", "material rgba": "", "material texture": ""}
 # Topics that a writer may leave out entirely, by an option or by design.
@@ -63,7 +63,7 @@ def compare_sections(
     """Report differences other than frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
     lacking = _lacking(sides[0].format) | _lacking(sides[1].format)
-    # The sections of a robot still have its original names.
+    # Links and joints are already matched by name, but references in sections still have the original names.
     old, new = (_leaves(side.robot, lacking, sides) for side in sides)
     old = pairing.rename_leaves(0, old, new)
     new = pairing.rename_leaves(1, new, old)
@@ -77,7 +77,7 @@ def compare_sections(
         if first is not None and second is not None:
             _reduce(thing, (first, second), robots, flipped)
         elif kind in ("joint", "link", "height map") or (kind == "frame" and name in placed):
-            old.pop(thing, None)  # a link or joint of one robot only is reported elsewhere
+            old.pop(thing, None)  # a link or joint that only one robot has is reported elsewhere
             new.pop(thing, None)
     _without_equals(old, new)
     if "urdf_elements" not in topics:
@@ -91,7 +91,7 @@ def compare_sections(
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
-    """Return the leaves of a robot in a form that both sides share, whatever their formats."""
+    """Return the leaves of a robot, normalized so that robots of different formats can be compared."""
     if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping for joint and actuator
         joints = []
         for joint in robot.joints:
@@ -124,7 +124,7 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
 
 
 def _topic(thing: Thing, quantity: str, robot: Robot) -> str | None:
-    """Return the topic of a leaf, or None if every format supports it. Each section of a package is a topic."""
+    """Return the topic of a leaf, or None if every format supports the leaf."""
     (kind, name), leaf = thing, f"{thing[0]} {quantity}"
     if kind == "frame" and name not in robot.joint_to:
         return "edge"
@@ -182,7 +182,7 @@ def _not_compared(
                 report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.named}, which {why}")
         topics |= {*lost, *empty, *lacking}
     if not equal_formats and "contact" not in topics:
-        # Other excluded contacts are between adjacent links.
+        # All other excluded contacts are between adjacent links, which formats exclude in different ways.
         topics.add("contact")
         if "contact" in has[0] | has[1]:
             report.not_compared.append("disabled contacts: a simulation adds those of neighbours")
@@ -193,7 +193,7 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
     """Remove leaves that are not compared here: unsupported topics, masses, shapes and URDF elements."""
     for thing in [*found]:
         kind, entry = thing[0], found[thing]
-        is_name_only = not entry  # an entry without values, such as a contact layer
+        is_name_only = not entry  # the entry has no values, such as a contact layer
         of = {quantity: _topic(thing, quantity, robot) for quantity in entry or ("",)}
         for quantity, topic in of.items():
             if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
@@ -208,7 +208,7 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
 def _reduce(
     thing: Thing, entries: Sequence[dict[str, Any]], robots: Sequence[Robot], flipped: Mapping[str, bool]
 ) -> None:
-    """Remove leaves of one entry that are compared elsewhere or are equal in meaning."""
+    """Remove leaves of an entry that are compared elsewhere, or that differ without a difference in meaning."""
     kind, name = thing
     keys = {*entries[0], *entries[1]}
     gone: set[str] = set()
@@ -270,7 +270,7 @@ def _scalar(value: Any) -> float | str | None:
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
-    """Add the URDF elements that only one robot has, except elements that outputs generate from other keys."""
+    """Add URDF elements that only one robot has, without those that its outputs generate from other keys."""
     a, b = robots
     followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
     made: list[list[frozenset[Key]]] = []
@@ -286,7 +286,7 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
         for at, side in enumerate((old, new)):
             alone = has[at] - has[1 - at]
             if name == "the robot":
-                # Elements that every output generates must be in a file, too.
+                # Elements that every output generates must also be in the file.
                 every = frozenset() if robots[1 - at].outputs or not made[at] else frozenset.intersection(*made[at])
                 alone = alone.difference(*made[1 - at]) | (every - has[1 - at])
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}

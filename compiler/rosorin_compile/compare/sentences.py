@@ -21,7 +21,7 @@ _MOST = 3
 _LEAST = 1e-12
 # The change of a coordinate is printed if it is at least this fraction of the distance.
 _SHARE = 1e-9
-# How far a frame moved (m) and turned (rad), or the precision of both.
+# A distance (m) and an angle (rad): how far a frame moved and turned, or the precision of its pose.
 Apart = tuple[float, float]
 
 
@@ -50,7 +50,7 @@ def row(values: Iterable[float]) -> str:
 
 
 def several(names: Sequence[str]) -> str:
-    """Format the first names of a list and the number of the others."""
+    """Format a list of names: the first few, and the number of the rest."""
     return first_of(names, _MOST)
 
 
@@ -74,14 +74,14 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
 
 
 def with_remark(text: str, remark: str) -> str:
-    """Append a remark in parentheses to a sentence, after an existing remark."""
+    """Append a remark in parentheses to a sentence, or add it to existing parentheses at the end."""
     if not remark:
         return text
     return f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"
 
 
 def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
-    """Describe how a value changed, which may be a number with a unit; None means not set."""
+    """Describe how a value changed; ``unit`` is the unit of a number, and None means not set."""
     if old is None or new is None:
         what, value = (NEW, text_of(new)) if old is None else (f"{REMOVED}, was", text_of(old))
         return f"{about}: {what}{',' if what == NEW else ''} {value} {unit}".rstrip()
@@ -152,8 +152,8 @@ def describe_move(
 ) -> str:
     """Describe how the pose of a frame changed.
 
-    ``apart`` is how far it moved and turned, ``others`` are frames that moved with it. If the parent changed, only the
-    coordinates are described: the caller reports the parent. Changes up to ``least`` are ignored.
+    ``apart`` is how far the frame moved and turned, ``others`` are frames that moved with it. The caller reports a
+    changed parent; then only the coordinates are described. Changes up to ``least`` are ignored.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(poses[0], poses[1], apart, least)
@@ -165,7 +165,7 @@ def describe_move(
 def _near_angles(old: Vector, new: Vector) -> Vector:
     """Return angles (rad) of the same rotation as ``old`` that are as close to ``new`` as possible."""
     roll, pitch, yaw = old
-    half = math.pi + 2e-6  # half a turn is positive, even with rounding
+    half = math.pi + 2e-6  # so that half a turn is positive, even with rounding
     forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
     near = [[b + half - (half - a + b) % math.tau for a, b in zip(form, new, strict=True)] for form in forms]
     best = min(near, key=lambda form: sum(abs(a - b) for a, b in zip(form, new, strict=True)))
@@ -174,7 +174,7 @@ def _near_angles(old: Vector, new: Vector) -> Vector:
 
 
 def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> str:
-    """Describe how the axis of a joint changed; ``angle`` (rad) is its rotation, if the axes do not give it."""
+    """Describe how the axis of a joint changed; ``angle`` is the rotation (rad), if the axes do not show it."""
     if angle is None:
         angle = angle_between(old, new) if norm(old) and norm(new) else 0.0
     if angle > math.pi - _LEAST:
@@ -193,7 +193,7 @@ def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least:
 
 
 def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> str:
-    """Describe a new or removed entry, ``how`` it is attached, and the ``others`` that are attached to it."""
+    """Describe a new or removed entry; ``how`` says how it is attached, ``others`` are attached to it."""
     sentence = with_remark(f"{word}: {what} {name}".rstrip(), ", ".join(filter(None, how)))
     return f"{sentence}, and with it {several(others)}" if others else sentence
 

@@ -1,4 +1,4 @@
-"""Compare shapes as sets of solids in any order: equal if they fill the same space within their precision."""
+"""Compare unordered sets of solids: two are equal if they fill the same space within the precision of their numbers."""
 
 import math
 from bisect import bisect_left, bisect_right
@@ -13,7 +13,7 @@ from rosorin_compile.model.shape import Rgba
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Precision, RoundedTransform, exact, join_errors
 from .sentences import text_of
 
-# The names of the sizes of a solid: full extents and full lengths (m) as in URDF; for a mesh, scale factors.
+# Names of the sizes of each kind of solid: full extents and lengths (m) as in URDF, or scale factors of a mesh.
 SIZES = {
     "box": ("size x", "size y", "size z"),
     "cylinder": ("radius", "length"),
@@ -36,13 +36,13 @@ class Solid(NamedTuple):
     rows: Rows
     words: tuple[str, ...] = ()  # such as "name skin" or "file a.stl"
     rgba: Rgba | None = None
-    tolerance: float = 0.0  # of its lengths (m)
-    turn_tolerance: float = 0.0  # of the entries of the rotation
-    colour_tolerance: float = 0.0  # of its colour
+    tolerance: float = 0.0  # error of its lengths (m)
+    turn_tolerance: float = 0.0  # error of the entries of its rotation matrix
+    colour_tolerance: float = 0.0  # error of its colour components
 
     @property
     def box(self) -> Box | None:
-        """The solid as a box along the axes of its link, or None if it is not such a box."""
+        """The solid as an axis-aligned box in its link, or None if it is not a box or is rotated."""
         if self.kind != "box" or self.rows != _UPRIGHT:
             return None
         half = tuple(size / 2 for size in self.sizes)
@@ -50,14 +50,14 @@ class Solid(NamedTuple):
 
     @property
     def as_cylinder(self) -> "Solid":
-        """A capsule as a cylinder of the same full length, as in formats without capsules; other solids unchanged."""
+        """The solid with a capsule replaced by a cylinder of equal full length, as in formats without capsules."""
         if self.kind != "capsule":
             return self
         radius, length = self.sizes
         return self._replace(kind="cylinder", sizes=(radius, length + 2 * radius))
 
     def seen_from(self, place: RoundedTransform) -> "Solid":
-        """Return the solid in a frame in which its link has the pose ``place``."""
+        """Transform the solid to a frame in which its link has the pose ``place``."""
         transform = place.transform.then(Transform(self.rows, self.centre))
         length, turn = place.length + place.angle * norm(self.centre), self.turn_tolerance + place.angle
         known = self.tolerance + length
@@ -65,7 +65,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
-    """Convert a shape, no height map, to a solid; ``share`` is the number of printed numbers in a size."""
+    """Convert a shape (not a height map) to a solid; a size is computed from ``share`` printed numbers."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
     kind = type(geometry).__name__.lower()
@@ -75,7 +75,7 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
         sizes = tuple(2 * radius for radius in geometry.radii)
     else:
         sizes = tuple(getattr(geometry, name) for name in SIZES[kind])
-    key = SIZES[kind][-1].split(" ")[0]  # whose digits determine the precision: size, scale, length or radius
+    key = SIZES[kind][-1].split(" ")[0]  # size, scale, length or radius: its digits determine the precision
     length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
     tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
@@ -92,7 +92,7 @@ def _words(shape: Shape) -> tuple[str, ...]:
 
 
 class Matches(NamedTuple):
-    """Matched solids of two sets, by index: the pairs that are in both, and the rest of each set."""
+    """The result of matching two sets of solids, by index: equal pairs, and the unmatched solids of each set."""
 
     pairs: list[tuple[int, int]]
     old: list[int]
@@ -123,7 +123,7 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:
-    """Return True if two solids in one frame have equal looks and fill the same space within their precision."""
+    """Return True if two solids have equal colours and names, and fill the same space within their precision."""
     if one[:6] == other[:6]:
         return True
     tint = noise + join_errors(one.colour_tolerance, other.colour_tolerance)

@@ -29,7 +29,7 @@ from .solids import Solid, match, solid_of
 
 
 class Address(NamedTuple):
-    """The address of a leaf: ``kind`` and ``name`` of the entry, and the quantity, empty for the entry as a whole."""
+    """The address of a leaf: kind and name of the entry, and the quantity ("" for the existence of the entry)."""
 
     kind: str
     name: str
@@ -37,7 +37,7 @@ class Address(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """A leaf that differs; None on a side without it."""
+    """A leaf that differs, with its old and new value; None if that side lacks the leaf."""
 
     address: Address
     old: Any
@@ -52,19 +52,19 @@ Names = Mapping[str, str]
 SKIPPED = frozenset(
     {"source", "stand_in", "stand_ins", "outputs", "missing_meshes", "mesh_files", "mesh_contents", "root_in_world"}
 )
-# The word for an entry of a section; other sections have separate code.
+# The word for an entry of each section. Sections that are not listed here have separate code.
 _WORDS = {"control": "hardware", "controllers": "controller", "drive": "drive", "moveit": "moveit"}
 _WORDS |= {"publishers": "publisher", "servos": "servo", "materials": "material", "sensors": "sensor"}
 _WORDS |= {"actuators": "actuator", "constraints": "constraint"}
 _EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# Lengths and angles, whose tolerance is absolute near zero.
+# The last words of quantities that are lengths or angles: below 1 m or 1 rad, their tolerance is absolute.
 _ABSOLUTE = frozenset(
     {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference", "position", "limit"}
 )
 _LINKS = ("frame", "link", "height map")
 _DIGITS = 9  # decimal places of metres and radians
-# The share of names that must begin with a prefix.
+# The fraction of names that must begin with a prefix for it to be detected.
 _MOST = 0.6
 
 
@@ -133,7 +133,7 @@ def same_turn(old: Vector, new: Vector, precisions: Precisions, tolerance: float
 
 
 def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precisions, tolerance: float) -> float:
-    """Return the largest difference of entries of two equal inertias (kg*m^2), including the error of rotated axes."""
+    """Return the largest difference (kg*m^2) that entries of equal inertias can have due to errors of their axes."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))
@@ -202,7 +202,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
 
 @cache
 def section_words() -> Mapping[str, str]:
-    """Return the sections of a robot that are compared entry by entry, each with the word for an entry."""
+    """Map each section of a robot that is compared entry by entry to the word for an entry."""
     known = {field.name for field in fields(Robot)}
     return _WORDS | {name: one.compared for name, one in sections().items() if one.compared and name not in known}
 
@@ -211,7 +211,7 @@ def _poses(poses: Iterable[JointPose], found: Leaves) -> None:
     for pose in poses:
         entry: dict[str, Any] = dict(pose.positions)
         _flatten({"base": pose.base, "controls": pose.controls, "mjcf": pose.mjcf}, "", entry)
-        if entry or pose.name != "home":  # every MJCF of this tool has the key "home"
+        if entry or pose.name != "home":  # every generated MJCF has a keyframe "home", even without such a pose
             found["pose", pose.name] = entry
 
 
@@ -236,7 +236,7 @@ def _link(link: Link, found: Leaves) -> None:
 
 
 def inertial_leaves(inertial: Inertial | None) -> dict[str, Any]:
-    """Return the leaves of an inertial along the axes of its link; none if it is zero."""
+    """Return the leaves of an inertial along the axes of its link, or {} if the mass is zero or not set."""
     six = tuple(getattr(inertial, name) for name in _INERTIA) if inertial is not None else ()
     if inertial is None or not any((inertial.mass, *six)):
         return {}
@@ -271,7 +271,7 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms by child; the names of further transforms to a child include the parent or the condition."""
+    """Add transforms by child; if a child has several, the names of the others include the parent or the condition."""
     parents: dict[str, str] = {}
     for edge in edges:
         first = parents.setdefault(edge.child, edge.parent)
@@ -286,7 +286,7 @@ def _edges(edges: Iterable[Edge], found: Leaves) -> None:
 
 
 def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
-    """Add the entries of a list by name, or by number if they have no name."""
+    """Add the entries of a list by name, or by number if an entry has no name."""
     for number, entry in enumerate(entries, 1):
         name = entry if isinstance(entry, str) else str(getattr(entry, "name", "") or number)
         name = f"{name} ({number})" if (kind, name) in found else name
@@ -302,7 +302,7 @@ def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element"
 
 
 def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
-    """Add the leaves of a value below a path, except skipped fields and defaults."""
+    """Add the leaves of a value to ``entry``, with names that start with ``path``, except defaults."""
     if value is None or value == () or value == "" or value == {}:
         return
     if isinstance(value, Mapping):
@@ -314,13 +314,13 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             # Include nonzero defaults, so that a change from or to a default shows both numbers.
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
             if inner != default or has_numbers or (is_number(default) and default):
-                whole = name in ("values", "mjcf")  # they contain texts by name
+                whole = name in ("values", "mjcf")  # mappings with free names as keys
                 _flatten(inner, path if whole else f"{path} {name.replace('_', ' ')}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
             count, place = len(entry), f"{path} {getattr(inner, 'name', '') or number}".strip()
             _flatten(inner, place, entry)
-            if len(entry) == count:  # an entry with only a name
+            if len(entry) == count:  # the entry only has a name, so record that it exists
                 entry[place] = True
     else:
         entry[path] = float(value) if is_number(value) else value
@@ -332,7 +332,7 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 
 def links_of(found: Leaves) -> set[str]:
-    """Return the names of all links and frames in leaves, without the rows of publishers that alternate by mode."""
+    """Return the names of all links and frames, ignoring the further transforms to a child in other modes."""
     names = {name for kind, name in found if kind in ("frame", "link")}
     return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
 
@@ -344,7 +344,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
     found: dict[str, str] = {}
     signs = ["joint", "child", "place"] if gone and fresh else []
     waiting = list(signs)
-    while waiting:  # each match may allow further matches
+    while waiting:  # each new match may identify further links
         sign = waiting.pop(0)
         was, now = _signs(old, gone, sign, found), _signs(new, fresh, sign, found)
         made = {link: now[key] for key, link in was.items() if key in now and link not in found}
@@ -355,7 +355,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
-    """Return links by identifying feature, without features that two links share."""
+    """Map each feature that identifies a link, such as the joint above, to the link; ambiguous features are omitted."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
     roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []
@@ -377,11 +377,11 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
 
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Return the new names of renamed joints by their old names: the link below is the same."""
+    """Map old to new names of renamed joints; two joints are the same joint if the link below is the same."""
     joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
     before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
     found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
-    # A joint may have another link below it, because its link was removed.
+    # A joint may have a different link below because its old link was removed.
     kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
     fixed = [{name for name, of in some if of.get("type") == "fixed"} for some in joints]
     unlike = {name for name, other in found.items() if (name in fixed[0]) != (other in fixed[1])}
@@ -389,13 +389,13 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
-    """Rename each "link" or "joint" in leaves; references get the new name only if ``new`` has it there, too."""
+    """Rename each "link" or "joint" in leaves, but references only where ``new`` also has the new name."""
     if not names:
         return found
     kinds = _LINKS if what == "link" else ("joint",)
     made: Leaves = {}
     for (kind, name), entry in found.items():
-        plain, space, rest = name.partition(" ")  # rows of publishers that alternate by mode have more words
+        plain, space, rest = name.partition(" ")  # the name of a further transform to a child has more words
         if kind in kinds or (kind, name) not in new:
             name = f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
         now = new.get((kind, name), {})
@@ -434,7 +434,7 @@ def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
 
 
 def prefix_of(a: Robot, b: Robot) -> str:
-    """Return the prefix that most link names in ``b`` have, compared with ``a``, or an empty text."""
+    """Return the prefix that most link names of ``b`` have in addition to those of ``a``, or "" if there is none."""
     mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
     ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
     best = max(sorted(set(ends)), key=ends.count, default="")
@@ -444,7 +444,7 @@ def prefix_of(a: Robot, b: Robot) -> str:
 
 
 def without_prefix(names: Iterable[str], prefix: str) -> dict[str, str]:
-    """Map the names with a prefix to the names without it, except if that name is already used."""
+    """Map names that start with a prefix to the rest of the name, unless that name is already used."""
     every = set(names)
     cut = {name: name.removeprefix(prefix) for name in every if name.startswith(prefix) and name != prefix}
     return {name: short for name, short in cut.items() if short not in every}

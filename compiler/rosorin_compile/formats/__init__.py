@@ -1,4 +1,4 @@
-"""The formats for export and import: ``FORMATS`` has each ``Format`` by name, with formats of plug-ins at the end."""
+"""The formats for export and import: ``FORMATS`` maps names to ``Format`` objects; formats of plug-ins come last."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -16,7 +16,7 @@ from .format import Artifact, Format, Opened
 
 __all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
 
-# The module that defines the ``FORMAT`` of each format; it is imported on first use.
+# Formats by package. The module of a format defines ``FORMAT`` and is imported on first use.
 _PACKAGES = {
     "formats": ("urdf", "frames", "robot_model", "static_tf"),
     "importing": ("xacro",),
@@ -38,7 +38,7 @@ _SCHEMAS = {
 
 
 class Formats(Mapping[str, Format]):
-    """The formats by name, in the order in which lists show them."""
+    """A mapping from names to formats, in the order in which lists show them."""
 
     def __getitem__(self, name: str) -> Format:
         return _built_in(name) or _plugged()[0][name]
@@ -62,7 +62,7 @@ class Formats(Mapping[str, Format]):
         return publisher in self[artifact.backend].feeds and not artifact.withheld
 
     def names_meshes(self, artifact: Artifact) -> bool:
-        """Return True if an artifact refers to meshes like a URDF; for a template, its file extension decides."""
+        """Return True if an artifact refers to meshes like a URDF; a template does if its file is a URDF."""
         by_name = (one.meshes and artifact.file.endswith(one.endings) for one in self.values())
         return self[artifact.backend].meshes or any(by_name)
 

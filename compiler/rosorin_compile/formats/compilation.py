@@ -41,7 +41,7 @@ Search = Callable[[Map, Sequence[Output]], Searched]
 
 
 class Understood(NamedTuple):
-    """A loaded robot: the expanded tree, the lowered model (None after errors), and all diagnostics."""
+    """A loaded robot: the expanded YAML tree, the robot model (None after errors), and all diagnostics."""
 
     expanded: Expanded
     lowered: Lowered | None
@@ -74,8 +74,8 @@ class Variant:
 class Compiled:
     """The result of a compilation: the robot and its artifacts, which are missing after errors, and all diagnostics.
 
-    The result depends on the files in ``inputs``, including the ``missing`` ones that were not found. ``meshes`` is
-    None if meshes were not requested. ``variant`` is set by ``sweep``.
+    ``inputs`` are all files that can change the result, including the ``missing`` files, which were not found.
+    ``meshes`` is None if meshes were not requested. ``variant`` is set by ``sweep``.
     """
 
     robot: Robot | None
@@ -109,7 +109,7 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Reading:
-    """The result of reading a robot in any format: the model, all diagnostics, the files that were read, the tree."""
+    """The result of reading a robot in any format: the model, all diagnostics, the input files, the YAML tree."""
 
     robot: Robot | None
     diagnostics: list[Diagnostic]
@@ -134,11 +134,11 @@ class RobotReader:
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
     ) -> Imported:
-        """Read the file of an evaluated include ``entry``; ``by`` is its source position."""
+        """Read the file that ``entry`` includes; ``by`` is the source position of the entry, without expressions."""
         call = entry if "macro" in entry else None
         options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
         imported = read_robot(path, options, by)
-        # Notes that can be accepted are omitted, because the rules report them for the complete robot.
+        # Drop notes that ``accept`` can suppress, because the rules report them for the complete robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)
 
@@ -189,7 +189,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 
 
 def understand_foreign(path: Path, options: ReadOptions) -> Understood:
-    """Load a robot in another format with only the output for robot_state_publisher, without checking rules."""
+    """Load a robot in another format, with a URDF as its only output, without checking the rules."""
     imported = read_robot(path, options)
     expanded = _with_outputs(imported, [FORMATS.published_format().name])
     lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
@@ -198,7 +198,7 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
 
 
 def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
-    """Load a robot in another format like the description that ``import`` would write, and check the rules."""
+    """Load a robot in another format, with the outputs that ``import`` would write, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
     return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
@@ -262,7 +262,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
     named = {output.name: output for output in robot.outputs}
     outputs = [named[name] for name in dict.fromkeys(requested or named)]
     if search is not None:
-        # Search meshes for all outputs, so that an artifact does not depend on which others are requested.
+        # Search the meshes of all outputs, so that an artifact does not depend on which outputs are requested.
         opening = any(format.opens or format.measures for format in (FORMATS[output.backend] for output in outputs))
         meshes = search(tree, robot.outputs if opening else outputs)
         robot, acceptable = meshes.add_to(robot), {**acceptable, "mesh-not-found": find_declared("mesh-not-found")}
@@ -278,7 +278,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
         artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = apply(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
-    if not requested:  # an entry of accept can refer to an output that was not requested
+    if not requested:  # otherwise an entry of accept may refer to an output that was not generated
         stages = ("",) if search is None else ("", "meshes")
         found += unused_entries(tree, understood.used | more, rules.acceptable(), stages)
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())

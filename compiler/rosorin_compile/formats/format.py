@@ -1,7 +1,7 @@
 """``Format``, the definition of a format in a module of this program or in a plug-in (``docs/extend.md``).
 
-A format carries the keys of a description in ``covers``, except those in ``unsupported`` and those for a specific
-format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" matches any name.
+An artifact contains the values of all keys of a description in ``covers``, except keys in ``unsupported`` and keys for
+another format (``mjcf``, ``gazebo``). A key includes all keys below; "*" matches any name.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ class Artifact:
     text: str = field(repr=False)
     backend: str
     output: str
-    withheld: bool = False  # not for publishers, although they read its format
+    withheld: bool = False  # publishers must not read it, although they read its format
 
 
 class Refusal(NamedTuple):
-    """The reason why an engine cannot load an artifact, or "" if it can."""
+    """The result of loading an artifact in an engine: the reason why the engine refuses it, or ""."""
 
     reason: str = ""
     outdated: bool = False  # the engine is too old for the artifact
-    missing: str = ""  # name of the engine if it is not installed
+    missing: str = ""  # name of the engine if the engine is not installed, or ""
 
 
 _NUMBERS = "short (default): within 1e-12 of the largest in a vector; exact: reads back the same; six: %.6g or %.6f."
@@ -68,7 +68,7 @@ VISUALS: Mapping[str, Any] = {"enum": ["from_collision"], "description": _VISUAL
 HUMBLE, JAZZY = "humble", "jazzy"
 DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
 
-# A description as plain values like those of YAML, in SI units or as quantities ("40 mm").
+# A description as plain YAML values: mappings, lists, strings, and numbers in SI units or quantities ("40 mm").
 Description = Mapping[str, "Any"]
 Reasons = Mapping[str, "Unsupported | None"]
 Where = int | Span  # a line number or a source position
@@ -84,7 +84,7 @@ class Placed(NamedTuple):
 
 @dataclass(frozen=True)
 class Opened:
-    """A file to import: its path, the options, its elements if it is XML, and the source position that refers to it.
+    """A file to import. ``document`` is its XML, or None; ``asked`` is the source position that refers to the file.
 
     Lines and columns start at 1. ``text`` and ``source`` raise MarkupError, which a reader does not need to catch.
     """
@@ -126,7 +126,7 @@ class Opened:
 
 
 def described_by(distribution: str) -> str:
-    """Return the supported ROS 2 distribution that a distribution is treated like."""
+    """Return the ROS 2 distribution, Humble or Jazzy, whose rules apply to a distribution."""
     return HUMBLE if distribution == HUMBLE else JAZZY
 
 
@@ -144,46 +144,46 @@ def describe(source: Provenance) -> str:
 
 
 def xml_syntax(text: str) -> object:
-    """Parse XML for the comparison with ``syntax``. Raises ValueError."""
+    """Return a canonical form of XML for comparisons, as ``Format.syntax``. Raises ValueError."""
     return canonical(tree_of(text))
 
 
 class Asked(NamedTuple):
-    """The entry of ``outputs`` in the description of an imported robot, and a remark on unusual options, or ""."""
+    """The entry of ``outputs`` for the description of an imported robot, and a remark on unusual options, or ""."""
 
     entry: Mapping[str, Any]
     remark: str = ""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # generating methods would slow down every start
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # generated methods would slow down every start
 class Format:
     """A format that is written, read, or both. Most fields are optional.
 
-    ``write`` raises TemplateProblem, ``read`` raises ValueError for a damaged text. ``view`` is compared with ``read``
-    of the new and of the committed artifact. Formats without them are compared as text.
+    ``write`` raises TemplateProblem; ``read`` raises ValueError for a damaged text. To find differences, the result of
+    ``view`` is compared with the results of ``read``. Without these functions, artifacts are compared as text.
     """
 
     name: str  # key under ``outputs``
     word: str  # name in sentences, such as "URDF"; ``article`` is "a" or "an"
     article: str = ""
-    files: str = ""  # description of its files in lists; default: the word and the root element
+    files: str = ""  # description of its files in lists; "" for the word and the root element
     about: str = "another artifact"  # purpose, for lists
     rank: int = 1000  # position in lists
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # JSON Schema of each option
     check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # errors that the schema cannot express
     rules: tuple[Rule, ...] = ()  # rules of its diagnostics; for plug-ins only
     file: str = ""  # default file name; {} is replaced by the name of the robot
-    endings: tuple[str, ...] = ()
+    endings: tuple[str, ...] = ()  # file name extensions
     roots: tuple[str, ...] = ()  # root elements of an XML format
     recognises: Callable[[Document, Path], bool] | None = None  # for XML files; overrides ``roots``
 
     write: Writer | None = None
-    view: Callable[[Robot, Output], Any] | None = None  # what an artifact must contain: a reduced Robot or a dataclass
+    view: Callable[[Robot, Output], Any] | None = None  # expected contents: a reduced Robot or a dataclass
     read: Callable[[str], Any] | None = None  # parses an artifact to the type of ``view``
     rounding: tuple[float, float] = (0.0, 0.0)  # rounding of numbers in ``view`` (m, rad)
     partial: bool = False  # ``view`` has fewer values than ``read``: compare only those
     covers: tuple[str, ...] = ()  # keys of a description; () for all
-    # Covered keys that an output does not carry, with the reason (None: it does); can depend on its options.
+    # Reasons by covered key why an output does not contain the key (None if it does); can depend on its options.
     unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
     # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
@@ -195,7 +195,7 @@ class Format:
     is_other: Callable[[Document], bool] | None = None  # True for a companion file
     # Returns the output for an imported robot, from its tree, its version and a base name for files.
     asked: Callable[[Map, str, str], Asked | None] | None = None
-    optional: bool = False  # omit that output, with a remark, if the robot cannot be written in this format
+    optional: bool = False  # if the robot cannot be written in this format, omit that output with a remark
     engine_reads: bool = False  # the engine itself parses the source, so ignored XML is not an error
     # Compares an artifact with its imported source in the engine; takes the text and the mesh files.
     prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
@@ -204,7 +204,7 @@ class Format:
     leaves_out: Callable[[Robot, str], bool] | None = None  # True if the format never contains a link
     why: str = ""  # reason for ``leaves_out``
     adds: Callable[[Robot, str, Robot], bool] | None = None  # True for a link in a file that is not a link of the robot
-    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # XML elements generated from keys
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # XML elements that an output generates from keys
     names_robot: bool = True  # whether its files contain the name of the robot
     names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by names in an artifact
     syntax: Callable[[str], object] | None = None  # parses without layout and comments; raises ValueError, SyntaxError
@@ -212,17 +212,17 @@ class Format:
     data: Callable[[str], Any] | None = None  # parses a text that is not JSON for ``schema``; raises ValueError
     differ: Callable[[str, str], str] | None = None  # describes the difference of two texts with equal values
     shown: bool = True  # human-readable: ``check`` prints a diff
-    refusal: Callable[[str, Path], Refusal] | None = None  # loads a text in a folder with the engine
+    refusal: Callable[[str, Path], Refusal] | None = None  # loads an artifact in a folder with the engine
     # Files that an artifact depends on.
-    located: bool = False  # contains paths of other artifacts, so ``package`` does not copy it
-    meshes: bool = False  # refers to meshes like a URDF
+    located: bool = False  # artifacts contain paths of other artifacts, so ``package`` does not copy them
+    meshes: bool = False  # artifacts refer to meshes like a URDF
     opens: Callable[[str], str] | None = None  # path of a mesh relative to the artifact, or "" if unsupported
     copies: Callable[[Searched, Path], Searched] | None = None  # adds the contents of mesh files
-    embeds: bool = False  # contains the mesh data
-    measures: bool = False  # depends on the sizes of meshes
+    embeds: bool = False  # artifacts contain the mesh data
+    measures: bool = False  # artifacts depend on the sizes of meshes
     beside: Callable[[str], Sequence[str]] | None = None  # names of files that must be in the same folder
     # ROS.
-    feeds: tuple[str, ...] = ()  # kinds of publishers that read it
+    feeds: tuple[str, ...] = ()  # kinds of publishers that read artifacts
     withheld: Callable[[Output], bool] | None = None  # True if publishers must not read an output
     folder: str = ""  # folder in a ROS package; default: by file extension
     deploys: bool = False  # ``deploy`` also copies it if there is no copy yet
@@ -255,9 +255,9 @@ class Format:
         return next((output for output in robot.outputs if output.backend == self.name), None)
 
 
-# Keys for one specific format, which other formats do not need to report as unsupported.
+# Keys for specific formats; other formats do not report these keys as unsupported.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
-# Keys that control how the description is read and checked, and keys that state the source of an entry's values.
+# Keys that control how the description is read and checked; keys that document the values of an entry.
 _TECHNICAL = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name")
 REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
 
@@ -282,7 +282,7 @@ SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") f
 
 
 class Unsupported(NamedTuple):
-    """The reason why a format does not carry a key."""
+    """The reason why artifacts of a format do not contain a key."""
 
     reason: str
     quiet: bool = False  # do not report it to the user
@@ -320,7 +320,7 @@ def is_within(key: str, prefixes: Iterable[str]) -> bool:
 
 
 def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
-    """Return why an output, or with ``one_way`` the robot read from it, lacks a key; None if it must have the key."""
+    """Return why an output (``one_way``: the robot that is read from it) lacks a key, or None if it must have it."""
     steps = key.split(".")
     if is_within(key, _TECHNICAL) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)
@@ -351,7 +351,7 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
-    """Yield a note for each format whose outputs do not carry a key that the description sets."""
+    """Yield a note for each format whose outputs do not contain some keys that the description sets."""
     outputs = list(outputs)
     for name in dict.fromkeys(output.backend for output in outputs):
         some = [output for output in outputs if output.backend == name]

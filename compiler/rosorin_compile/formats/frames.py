@@ -184,7 +184,7 @@ FORMAT = Format(
 
 
 def _proof(robot: Robot) -> str:
-    """Return a sentence that each frame has one publisher, or "" if that is not true or nothing is published."""
+    """Return the sentence that each frame has one publisher, or "" if that is not true or nothing is published."""
     found = frames_by_publishing(robot)
     if not found["published"] + found["gaps"] or found["wrong"]:
         return ""

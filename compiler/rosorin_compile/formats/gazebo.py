@@ -57,7 +57,7 @@ def distribution(asked: object) -> str:
 def sensor_lines(
     one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Yield the lines of a sensor; ``frame_id`` is the tag for its frame, ``pose`` its <pose> element or ""."""
+    """Yield the XML lines of a sensor; ``frame_id`` is the tag for its frame, ``pose`` its <pose> element or ""."""
     names = {element.name for element in one.elements} | one.without
     is_stamped = one.stamp and frame_id and not names & {*DISTRIBUTIONS.values(), frame_id}
     shapes = tuple(SdfElement("collision", name) for name in collisions)
@@ -96,7 +96,7 @@ _OTHER_TARGETS = ("body", "crank_site", "joint_in_parent", "reference_site", "si
 
 
 def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsupported]:
-    """Return the unsupported keys of actuators of an output; with ``quiet``, none is reported if it has no plug-ins."""
+    """Return the keys of actuators that a URDF does not support; ``quiet``: no notes if it has no plug-ins at all."""
     places = ("actuators.*", "joints.*.actuator")
     if distribution(output.options.get("gazebo")) in ("", CLASSIC):
         return dict.fromkeys(places, Unsupported("no drives; newer versions of Gazebo have plug-ins for them", quiet))
@@ -111,7 +111,7 @@ def drive_blocks(
 ) -> tuple[list[str], list[Diagnostic]]:
     """Return a ``<gazebo>`` block for each actuator of a joint, and a warning for actuators without a plug-in."""
     # An actuator with gains becomes a controller with the same control law: kp * (command - position) - kv * speed or
-    # kv * (command - speed). Joints of ros2_control blocks and plug-ins in ``others`` are skipped.
+    # kv * (command - speed). Joints that the XML snippets in ``others`` already control are skipped.
     blocks, without, taken = list[str](), list[str](), set[str]()
     if gazebo in ("", CLASSIC):
         return [], []
@@ -156,7 +156,7 @@ _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
 def gazebo_blocks(content: "Content") -> tuple[list[str], list[Diagnostic]]:
-    """Return the <gazebo> blocks of an output, and warnings for values that this Gazebo release ignores."""
+    """Return the <gazebo> blocks of a URDF, and warnings about values that its Gazebo release ignores."""
     robot, number = content.robot, number_format(content.output.options)
     name, mounting = distribution(content.output.options["gazebo"]), _Mounting(content)
     blocks: list[str] = []
@@ -191,7 +191,7 @@ def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
 
 
 def _physics(content: "Content") -> tuple[list[str], list[Diagnostic]]:
-    """Return the blocks for joint springs and for link friction, where Gazebo reads one coefficient per link."""
+    """Return the <gazebo> blocks for joint springs and for friction; Gazebo reads only one coefficient per link."""
     robot, number = content.robot, number_format(content.output.options)
     own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
     values: dict[str, dict[str, float]] = {}
@@ -223,7 +223,7 @@ def _physics(content: "Content") -> tuple[list[str], list[Diagnostic]]:
 
 
 class _Mounting:
-    """Finds the link of each sensor after Gazebo has merged the links that are connected by fixed joints."""
+    """Computes the link of each sensor after Gazebo has merged the links that are connected by fixed joints."""
 
     def __init__(self, content: "Content") -> None:
         self.content, self.above = content, {joint.child: joint for joint in content.joints}
@@ -232,7 +232,7 @@ class _Mounting:
         blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
         kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
         self.kept = {one.get("reference", "") for one in kept}  # joints that are not merged
-        # Fixed joints with a sensor are not merged if both links have mass. This affects all other merging.
+        # A fixed joint with a sensor is not merged if both links have mass; this changes which links are merged below.
         joints = {joint.name for joint in content.joints}
         at_joints = {one.link for sensor in robot.sensors for one in sensor.gazebo if one.at_joint} & joints
         self.measured: set[str] = set()
@@ -261,7 +261,7 @@ class _Mounting:
             yield from self._pieces(child)
 
     def _dropped_with(self, link: str) -> str:
-        """Return the massless link that Gazebo drops together with this link below it, or ""."""
+        """Return the massless link above with which Gazebo drops a link, or "" if Gazebo keeps the link."""
         masses, link = self.content.masses, self._top(link)
         while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
             if link not in self.above:
@@ -270,18 +270,18 @@ class _Mounting:
         return link
 
     def _collisions(self, link: str) -> list[str]:
-        """Return Gazebo's names for the collisions of a link, which are numbered within the merged link."""
+        """Return the names that Gazebo gives to the collisions of a link; it numbers them within the merged link."""
         top = self._top(link)
         shapes = [(piece, shape) for piece in self._pieces(top) for shape in self.content.collisions(piece)]
         found = []
         for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
-            # Gazebo assigns every name that starts with the name of the link to that link.
+            # A name that starts with the name of the merged link gets no prefix from Gazebo.
             name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
             found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
         return found
 
     def place(self, sensor: Sensor, one: GazeboSensor) -> tuple[str, Pose, list[str], tuple[str, str]]:
-        """Return the link and pose of a sensor, its contact collisions, and reason and help if Gazebo drops it."""
+        """Return (link, pose, collisions of a contact sensor, (reason, help) if Gazebo drops the sensor)."""
         carried, link, pose, names = self.content.carried, one.link, IDENTITY, list[str]()
         if one.at_joint:
             lost = "" if one.link in self.measured else sensor.frame
@@ -317,7 +317,7 @@ _MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
 
 
 def with_noise(text: str) -> str:
-    """Convert the noise of an IMU in a ``<sensor>`` for Gazebo classic to noise of each axis."""
+    """Convert the <noise> of an IMU in a Gazebo classic <sensor> to a <noise> for each axis."""
     # Up to SDF 1.4, <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
     # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
     try:
@@ -346,7 +346,7 @@ Key = tuple[str, ...]
 
 
 def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter[Key]:
-    """Count the elements in XML texts in a canonical form; ``followers`` are mimic joints."""
+    """Count the elements in XML snippets, in a canonical form; ``followers`` are mimic joints."""
     found: Counter[Key] = Counter()
     for text in texts:
         try:
@@ -371,7 +371,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
     lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar
-    # Gazebo has two names for a lidar, of which Gazebo classic only supports the first.
+    # Gazebo has two names for a lidar, <ray> and <lidar>; Gazebo classic supports only <ray>.
     tag = "lidar" if element.tag == "ray" and lidar and above == "sensor" else element.tag
     values = dict(element.attrib)
     if tag == "joint" and values.get("name") in followers:
@@ -414,23 +414,23 @@ def _numbers(text: str) -> str:
 
 
 def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
-    """Return the mimic joints that ros2_control elements need not declare, because the URDF does (after Humble)."""
+    """Return the mimic joints that a <ros2_control> need not declare because, after Humble, the URDF declares them."""
     return frozenset(joint.name for joint in robot.joints if joint.mimic is not None and not humble)
 
 
 def element_differences(one: Iterable[str], other: Iterable[str], followers: Set[str] = frozenset()) -> list[str]:
-    """Describe the differences between two lists of URDF elements."""
+    """Return a sentence for each difference between two lists of URDF elements."""
     first, second = meanings(one, followers), meanings(other, followers)
     return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
 
 
 def spelt(key: Key) -> str:
-    """Print a key of ``meanings`` as an XML element."""
+    """Format a key of ``meanings`` as an XML element."""
     return f'<gazebo reference="{key[1]}">{key[-1]}' if key[0] == "gazebo" and len(key) > 3 and key[1] else key[-1]
 
 
 def words(key: Key) -> str:
-    """Print a key of ``meanings`` for a message."""
+    """Format a key of ``meanings`` for a message."""
     if key[0] == "gazebo" and len(key) > 3:
         return f'<{key[3]}> of <gazebo reference="{key[1]}">' if key[1] else f"<{key[3]}> of <gazebo>"
     return f'<{key[0]} name="{key[1]}">' if len(key) > 2 else key[1][:80]

@@ -34,12 +34,12 @@ class Comment:
 
     text: str
     span: Span
-    path: TreePath  # path of its entry, as far as it is in the tree; ("robot",) before the root element
+    path: TreePath  # path of the entry that it belongs to; ("robot",) before the root element
     where: str = BEFORE  # BEFORE the entry, BESIDE its last line, INSIDE it, or at the END of the file
 
 
 class Outputs(NamedTuple):
-    """The entries of ``outputs`` for an imported robot by format, and remarks on unusual ones."""
+    """The entries of ``outputs`` for an imported robot by format, and remarks on unusual entries."""
 
     entries: dict[str, Mapping[str, Any]]
     remarks: dict[str, str]
@@ -51,7 +51,7 @@ class Outputs(NamedTuple):
 
 
 class Imported(NamedTuple):
-    """The result of an import: the tree of the robot (None after errors), all diagnostics, and facts on the source."""
+    """The result of an import: the YAML tree of the robot (None after errors), all diagnostics, and source data."""
 
     tree: Map | None
     diagnostics: list[Diagnostic]
@@ -63,9 +63,9 @@ class Imported(NamedTuple):
     unexpanded: bool = False  # a .urdf file has xacro elements, which were not expanded
     names: Mapping[str, Mapping[int, str]] = {}  # names of source objects by kind and index, for ``Proof``
     checked: bool = True  # the tree was validated
-    mount: str = ""  # link of the including robot that the joints of a macro refer to
-    packages: Mapping[str, Path] = {}  # folders of packages for kept elements
-    passed: frozenset[str] = frozenset()  # keys of an include that were passed to a macro
+    mount: str = ""  # link of the including robot to which the joints of a xacro macro attach
+    packages: Mapping[str, Path] = {}  # folders of the ROS packages to which kept XML elements refer
+    passed: frozenset[str] = frozenset()  # keys of an include that were passed to a xacro macro
 
     @property
     def left_out(self) -> list[str]:
@@ -97,10 +97,10 @@ class ReadOptions:
     packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages by name, which take precedence
     lenient: bool = False  # accept a file that violates its specification if a robot can be read
     environment: Mapping[str, str] | None = None  # environment variables; default: those of this process
-    tell: Callable[[Diagnostic], None] | None = None
+    tell: Callable[[Diagnostic], None] | None = None  # receives warnings before code is run
     checked: bool = True  # check the rules
     trust: bool = False  # allow the file to run code
-    call: Map | None = None  # evaluated include with ``macro``, ``with`` and ``parent`` to call a xacro macro
+    call: Map | None = None  # entry of ``include`` that calls a xacro macro ("macro", "with", "parent")
 
 
 def convert_result(made: object, opened: Opened) -> Imported:
@@ -120,7 +120,7 @@ def convert_result(made: object, opened: Opened) -> Imported:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Convert plain values to a tree; by default, values have the position of their container. Raises TypeError."""
+    """Convert plain values to a YAML tree; values without a position get that of their container. Raises TypeError."""
     path = path or []
     if value is None or isinstance(value, (bool, float)):
         return value
@@ -151,10 +151,10 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
 
 
 class Proof(NamedTuple):
-    """The differences between a source and its conversion in the engine, as texts by field."""
+    """The differences, by field, between a source and its conversion when both are loaded in the engine."""
 
-    wrong: Mapping[str, Sequence[str]] = {}  # not reported by the import
-    known: Mapping[str, Sequence[str]] = {}  # already reported by the import
+    wrong: Mapping[str, Sequence[str]] = {}  # differences that the import has not reported
+    known: Mapping[str, Sequence[str]] = {}  # differences that the import has reported
     said: str = ""  # summary of the comparison
     unknown: str = ""  # error, if the engine could not compare
 
@@ -164,7 +164,7 @@ class Proof(NamedTuple):
 
 
 def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
-    """Return the comments of a document in order; ``paths`` has the entry of each element by ``id``."""
+    """Return the comments of an XML document; ``paths`` maps the ``id`` of each element to the path of its entry."""
     text = document.source.text
     found: list[tuple[Remark, TreePath, str]] = [(one, ("robot",), BEFORE) for one in document.before]
     waiting = [document.root]
@@ -181,7 +181,7 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             same_line = "\n" not in text[(above.end if above else element.opened) : item.start]
             of, where = path, INSIDE
             if above is None and below is not None and element.tag in ("visual", "collision"):
-                where = BEFORE  # belongs to the shape, not to its origin
+                where = BEFORE  # the comment is about the shape, not about its origin
             elif same_line and (above is not None or "\n" in text[item.end : following]):
                 of, where = paths.get(id(above), path), BESIDE  # or of the element itself
             elif below is not None:

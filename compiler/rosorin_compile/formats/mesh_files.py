@@ -1,7 +1,7 @@
 """Find the meshes, textures and other files that a description refers to.
 
-File names in an artifact depend only on the description: relative names are unchanged, files from ROS packages become
-``meshes/NAME/...``, where they are copied. An artifact omits missing files.
+File names in an artifact depend only on the description: relative names are unchanged, and files from ROS packages are
+copied to ``meshes/NAME/...``. An artifact does not refer to missing files.
 """
 
 import json
@@ -94,11 +94,11 @@ class Places(NamedTuple):
     environment: Mapping[str, str]
 
     def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
-        """Find all meshes, or textures, and return their paths by name."""
+        """Find all meshes (or textures, by ``kind``) of a description and return their paths by name."""
         return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
     def search(self, tree: Map, relative: bool = True) -> Searched:
-        """Search the meshes and textures of an imported robot by the names in its file; ``relative``: also paths."""
+        """Search meshes and textures by the names in an imported file; ``relative`` includes relative paths."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
         found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
         diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
@@ -112,7 +112,7 @@ class Places(NamedTuple):
 
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
-    """Search the files that a description refers to and that the given outputs need."""
+    """Search the files to which a description refers and which these outputs need."""
     formats = [RECORDS[output.backend] for output in outputs]
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming, embeds = any(one.measures or one.meshes for one in formats), any(one.embeds for one in formats)
@@ -165,7 +165,7 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
                 colliding.update([entry[key]] if collides else ())
             for name, value in node.items():
-                visit(value if name != "mjcf" else None, collides or name == "collision")  # only for MuJoCo
+                visit(value if name != "mjcf" else None, collides or name == "collision")  # not below mjcf
         for item in node if isinstance(node, Seq) else ():
             visit(item, collides)
 
@@ -197,7 +197,7 @@ def references(mesh: Path) -> list[str]:
 
 
 def urdf_file_name(name: str) -> str:
-    """Return the name of a mesh or texture file in a URDF, which is that of a copy for a Gazebo model (model://)."""
+    """Return the name of a mesh or texture file in a URDF; a model:// URI becomes the name of a copy."""
     scheme, mark, rest = name.partition("://")
     return f"meshes/{rest.lstrip('/')}" if mark and scheme == "model" and ".." not in rest.split("/") else name
 
@@ -391,7 +391,7 @@ class _Search:
 
 
 def _folders_above(one: NamedFile) -> Iterator[Path]:
-    """Yield the folders above the file of an imported robot, where a path with ".." can start."""
+    """Yield the folders above an imported file, from which a path that starts with ".." may be relative."""
     for span in one.spans:
         path = Path(os.path.abspath(span.source.path))
         if path.suffix not in ENDINGS:

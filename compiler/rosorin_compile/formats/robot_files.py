@@ -38,9 +38,9 @@ _OTHER_FORMATS = {
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
-    """Import a robot; ``asked`` is the source position that refers to the file. Problems are diagnostics."""
+    """Import a robot; ``asked`` is the source position of a reference to the file. Errors are diagnostics."""
     Progress.step(f"reading {path.name}")
-    notes, more = list[Diagnostic](), plugged_diagnostics()  # a plug-in that failed may be the format of this file
+    notes, more = list[Diagnostic](), plugged_diagnostics()  # a broken plug-in may define the format of this file
     try:
         format, opened, notes = _open(path, options or ReadOptions(), asked)
         more = ()
@@ -116,7 +116,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
 
 
 def known_formats() -> str:
-    """Return a list of the formats for import, as the end of a sentence."""
+    """Format the list of formats that can be imported, as the end of a sentence."""
     *first, last = [one.listed for one in _readable()]
     return f"{', '.join(first)}, or {last}"
 
@@ -162,7 +162,7 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
-    """Return the outputs for an imported robot; if ``why`` is not empty, it is the reason to omit optional formats."""
+    """Return the outputs for an imported robot; ``why`` is the reason to omit optional formats, or ""."""
     made, tree = Outputs({}, {}, {}), imported.whole
     for format in FORMATS.values():
         asked = format.asked and format.asked(tree, imported.version, file_name(tree["robot"]))
@@ -176,14 +176,14 @@ def outputs_of(imported: Imported, why: str = "") -> Outputs:
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
-    """Add entries of ``accept`` for rule violations to a tree; return it, or None after errors, and diagnostics."""
+    """Add entries of ``accept`` for rule violations. Return (the changed tree or None after errors, diagnostics)."""
     Progress.step("validating")
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
     rules, problems, count = acceptable(), violations(tree), 0
     names: dict[tuple[str, str], Span] = {}  # source position of the first violation by rule and name
-    for _ in range(3):  # errors of lowering hide violations of rules
+    for _ in range(3):  # repeat, because an accepted error may have hidden violations of other rules
         for one in problems:
             if not one.of or one.severity != ERROR or one.rule not in rules:
                 continue
@@ -211,7 +211,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 
 def violations(tree: Map) -> list[Diagnostic]:
-    """Return the diagnostics of lowering and the rules for a robot with only its published output."""
+    """Convert a tree to a robot with only its URDF output, and return the diagnostics of this and of the rules."""
     if "outputs" not in tree:
         format, tree = FORMATS.published_format(), tree.copy()
         outputs = {format.name: {"file": f"robot{format.endings[0]}"}}
@@ -223,7 +223,7 @@ def violations(tree: Map) -> list[Diagnostic]:
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
-    """Lower a tree that was read from a generated artifact. Raises ValueError if it is damaged."""
+    """Convert the tree that was read from a generated artifact to a robot. Raises ValueError if it is invalid."""
     links = [*(tree.get("links") or ())]
     tree["accept"] = [{"rule": "shape-size", "of": links, "reason": ""}]
     wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]

@@ -146,7 +146,7 @@ def _robot_of(model: Mapping[str, Any]) -> Robot:
     for name, entry in model["joints"].items():
         tree["joints"][name]["axis"] = entry["axis"]  # also for fixed joints
     for group in (tree.get("servos") or {}).values():
-        group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # not part of the file
+        group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # the file does not contain the range
     return lower_artifact(tree, ())
 
 

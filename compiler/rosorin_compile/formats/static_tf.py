@@ -32,7 +32,7 @@ from . import format
 from .format import NODES, PLACES, Format, describe
 from .templating import Templates
 
-# The values of a mode: launch conditions accept 1 but not "on", while and, or and not accept "on" but not 1.
+# Values of a mode that all substitutions accept: a condition accepts "1" but not "on"; "and" accepts "on" but not "1".
 STATES = ("true", "false", "True", "False")
 
 MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
@@ -95,7 +95,7 @@ StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diag
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the static_transform_publishers of a robot, always or in some modes, joints first; and diagnostics."""
+    """Return the static_transform_publishers of a robot (those for all modes and those for some), and diagnostics."""
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
     always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
@@ -222,7 +222,7 @@ FORMAT = Format(
 
 
 def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    """Return the static transforms of a robot as JSON, in the order of the description. Option: ``number_format``."""
     always, in_modes, diagnostics = static_transforms(robot, [output])
     nodes: list[dict[str, Any]] = []
     for one in [*always, *in_modes]:
@@ -313,7 +313,7 @@ def condition(robot: Robot, when: str) -> Condition:
 
 
 def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
-    """Print a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
+    """Format a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
     word, *operands = condition
     if word == MODE:
         return f"$(var {arguments[operands[0]]})"
@@ -322,7 +322,7 @@ def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
 
 
 def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
-    """Print a condition for Python launch files; ``indent`` and ``before`` are the columns before it on its line."""
+    """Format a condition for Python launch files; ``indent`` and ``before`` count the columns before the condition."""
     word, *operands = condition
     if word == MODE or not operands:
         return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
@@ -335,7 +335,7 @@ def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, b
 
 
 def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
-    """Print the ``condition`` argument of a node in Python; ``indent`` is its column."""
+    """Format the argument ``condition`` of a node in Python; ``indent`` is its column."""
     return in_python((_IF, condition), arguments, indent, len("condition="))
 
 

@@ -42,7 +42,7 @@ MAX_OUTPUT = 50_000_000  # characters
 _OUT_OF_TIME = f"it takes more than {MAX_SECONDS} s of CPU time"
 _PATIENCE = 60  # s of wall-clock time, which can be much longer than the CPU time on a busy machine
 _XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
-# How Jinja's messages call a value of the model: 'rosorin_compile.model.robot.Sensor object'.
+# What Jinja's messages call a value of the robot model: 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 # Use -c, because -m would import modules from the working directory, which may be untrusted.
 _START_CHILD = "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
@@ -95,7 +95,7 @@ def _own(place: Path | None) -> jinja2.Environment:
 
 
 class Templates:
-    """Renders the templates in ``folder``, the folder of a description, or those of the program."""
+    """Renders the templates in ``folder``, the folder of a description, or by default those of the program."""
 
     comment = staticmethod(comment)
 

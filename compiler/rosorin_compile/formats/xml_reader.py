@@ -26,7 +26,7 @@ NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name as in the sche
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
-# Elements for which a second, different one is an error, because other readers could use either.
+# Elements that must not occur twice with different contents, because readers differ in which of the two they use.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")
 
@@ -39,7 +39,7 @@ class _Size(NamedTuple):
 
 
 class XmlReader:
-    """The state of reading a file: collects diagnostics, and the entry of each element."""
+    """Reads the elements of an XML file, and collects diagnostics and the path of the entry of each element."""
 
     attributes: Collection[str] = ()  # all attributes of the format
 
@@ -63,7 +63,7 @@ class XmlReader:
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
-        """Report a mistake that --lenient handles as described by ``instead``; return True with --lenient."""
+        """Report a mistake and return True with --lenient, which does ``instead``; otherwise report an error."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
         elif rule not in acceptable():  # otherwise the rule itself reports it
@@ -71,7 +71,7 @@ class XmlReader:
         return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if there are errors from index ``before`` on; with --lenient, a warning replaces them."""
+        """Return True if diagnostics from index ``before`` on have errors; with --lenient, a warning replaces these."""
         reported = [one.with_help() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
@@ -85,7 +85,7 @@ class XmlReader:
         return bool(wrong)
 
     def all_diagnostics(self) -> list[Diagnostic]:
-        """Return all diagnostics, merging those of a kind about content that is omitted or has no effect."""
+        """Return all diagnostics; those about similar content that is omitted or has no effect are merged."""
         groups: dict[object, list[Diagnostic]] = {}
         for index, one in enumerate(self.diagnostics):
             kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
@@ -93,7 +93,7 @@ class XmlReader:
         return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     def single(self, element: Element, tag: str) -> Element | None:
-        """Return the first child with a tag, or None; a second one that differs and affects motion is an error."""
+        """Return the first child with a tag, or None; report an error if a second one differs and both matter."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):

@@ -57,13 +57,13 @@ class Drive:
 
     kind: str  # a key of ``ROLES``
     joints: Mapping[str, tuple[str, ...]]  # by their roles
-    frame: str = ""  # the base frame, or empty for the root
-    radius: float | None = None  # of all wheels (m); None: measured on the shapes
+    frame: str = ""  # the base frame, or "" for the root
+    radius: float | None = None  # of all wheels (m), or None to use the radii of their shapes
     source: Source = NO_SOURCE
 
     @property
     def wheels(self) -> tuple[str, ...]:
-        """The joints of the driven wheels, each once."""
+        """The joints of the driven wheels, without duplicates."""
         roles = ("driven",) if self.kind in STEERED else ROLES[self.kind]
         return tuple(dict.fromkeys(name for role in roles for name in self.joints.get(role, ())))
 
@@ -93,9 +93,9 @@ class Wheel:
     x: float
     y: float
     radius: float
-    direction: tuple[float, float]  # in which it rolls for positive joint velocity, without steering
-    grip: tuple[float, float]  # in which it does not slip, without steering
-    steering: str = ""  # the joint that steers it, or empty
+    direction: tuple[float, float]  # unit vector in which the wheel rolls for positive joint velocity, unsteered
+    grip: tuple[float, float]  # direction in which the wheel does not slip, unsteered
+    steering: str = ""  # the joint that steers the wheel, or "" for an unsteered wheel
 
 
 @dataclass(frozen=True)
@@ -144,8 +144,8 @@ class Driving:
     def velocity(self, speeds: Mapping[str, float], angles: Mapping[str, float] | None = None) -> Twist:
         """Return the velocity of the base for speeds of the wheels (rad/s) and positions of the steering (rad).
 
-        Joints that are not named are at zero. Speeds that contradict each other give the best fit (least squares).
-        Raises ValueError if the wheels do not determine it.
+        Missing joints are at zero. If speeds contradict each other, the result is the best fit (least squares).
+        Raises ValueError if the wheels do not determine the velocity.
         """
         angles = angles or {}
         equations = [(self._row(wheel, angles), speeds.get(wheel.joint, 0.0)) for wheel in self.wheels]
@@ -159,7 +159,7 @@ class Driving:
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
-        """Return the factors of vx, vy and wz along the grip of a wheel, and the distance (m) per rad along it."""
+        """Return the coefficients of (vx, vy, wz) along a wheel's grip, and its travel (m) along the grip per rad."""
         (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
         for axis in (axis for axis in self.steering if axis.joint == wheel.steering):
             angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
@@ -248,14 +248,14 @@ def place_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
 
 
 def steering_of(robot: Robot, drive: Drive, name: str) -> str:
-    """Return the joint that steers a wheel joint, or an empty text."""
+    """Return the joint that steers a wheel joint, or "" for an unsteered wheel."""
     above = [joint.name for joint in robot.chain(robot.joint[name].parent)]
     return next((axis for axis in drive.steering if axis in above), "")
 
 
 @of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
-    """Return the radius (m) about the axis of a joint of round collision shapes, or else visuals, below it, or None."""
+    """Return the radius (m) of a wheel from its round collision shapes, or else its visuals; None without any."""
     joint = robot.joint[name]
     below = [(joint.child, Transform())]
     for link, place in below:

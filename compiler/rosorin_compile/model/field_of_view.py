@@ -1,4 +1,4 @@
-"""The field of view of a sensor, from its elements for MuJoCo, or else for Gazebo: a pyramid, rays, a box, or axes."""
+"""The field of view of a sensor (a pyramid, rays, a box or axes), from its MuJoCo or else its Gazebo elements."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,9 +13,9 @@ Data = dict[str, "Any"]
 
 _FLAT = 1e-9  # rad; a ray this close to a layer is part of it
 _DIGITS = 12
-_LAYERS = 1000  # the most layers of a lidar that are shown; more are thinned out evenly
-_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an optical frame in one that looks along x
-_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # an optical frame in a MuJoCo camera (looks along -z, y up)
+_LAYERS = 1000  # maximum number of lidar layers to show; of more layers, an even selection is shown
+_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an optical frame in a frame that looks along x
+_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # its pose in a MuJoCo camera, which looks along -z (y up)
 _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
 _GAZEBO_AXES = ("imu", "magnetometer", "force_torque")
 
@@ -26,7 +26,7 @@ def page_pose(pose: Pose) -> Data:
 
 
 def numbers(values: Sequence[float]) -> list[float]:
-    """Return numbers with 0.0 instead of -0.0."""
+    """Replace -0.0 by 0.0."""
     return [value + 0.0 for value in values]
 
 
@@ -60,7 +60,7 @@ def _of_mujoco(one: Simulated) -> Data | None:
         return {"kind": "box", **place, "size": [2 * float(half) for half in size]}
     if kind != "rangefinder" or one.pose is None:
         return {"kind": "axes", **place} if kind in _AXES else None
-    # A rangefinder measures along z of its site, and its copies are rotated about z of the link.
+    # A rangefinder measures along the z axis of its site; its copies are rotated about the z axis of the link.
     x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
     copies = one.replicas
     fan: Data = {"kind": "fan", "frame": one.link, "xyz": numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
@@ -96,7 +96,7 @@ def _of_gazebo(one: GazeboSensor) -> Data | None:
 
 
 def _number(one: GazeboSensor, *path: str) -> float:
-    """Return the number of the first element along a path of names, which may skip levels, or 0."""
+    """Return the number in the first element with these nested tags (levels may be skipped), or 0 if missing."""
     elements, value = one.elements, None
     for name in path:
         found = next((element for element in _all(elements) if element.name == name), None)

@@ -16,17 +16,17 @@ _LEFT = "text-align: left"
 
 
 class Row(NamedTuple):
-    """An edge of the tree: a transform and its publisher."""
+    """A transform parent -> child (an edge of the tree) and its publisher."""
 
     parent: str
     child: str
     publisher: str
-    why: str  # no node publishes it
+    why: str  # the reason why no node publishes the transform, or ""
     topic: str
-    when: str  # the modes in which it is published; empty for always
+    when: str  # the condition on modes under which it is published; "" for always
     first: str  # the parent in the first row of this child
-    joint: str = ""  # empty for other nodes
-    kind: str = ""  # of the joint; empty for other nodes
+    joint: str = ""  # the name of the joint, or "" for a transform of another node
+    kind: str = ""  # the type of the joint, or ""
 
     @property
     def published(self) -> bool:
@@ -69,15 +69,15 @@ class Line(NamedTuple):
     row: Row | None  # None for a root
     depth: int
     on: int  # the index of the line of the parent; -1 for a root
-    last: bool  # whether it is the last child of that parent
+    last: bool  # whether the frame is the last child of that parent
     up: bool = False  # the frame is the parent in ``row``, but not in the tree
-    again: bool = False  # with ``up``: the frame also has another line
+    again: bool = False  # with ``up``: the frame also has a line as a child or root
 
 
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
-    """Lay out edges and further frames as a tree: parents above children, each frame once.
+    """Lay out transforms and further frames as a tree of printed lines: parents above children, each frame once.
 
-    The parent of a frame is its parent in tf2, if any. A frame that is only a parent of other edges is below its child.
+    If a frame has several parents, it is below the parent in tf2; each other parent gets a line below the frame.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
@@ -94,7 +94,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     for row in edges:
         if into.get(row.child) is row:
             children.setdefault(row.parent, []).append(row.child)
-    # frames that only appear as the parent in one row outside the tree
+    # Frames that only occur as the parent in one row that is not in the tree.
     parents = Counter(row.parent for rows in more.values() for row in rows)
     in_tree = into.keys() | children.keys() | more.keys()
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}

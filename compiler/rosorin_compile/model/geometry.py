@@ -18,7 +18,7 @@ Quaternion = tuple[float, float, float, float]
 
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-_ROUNDING = 4e-15  # rounding error of a sine or cosine: a product of three rotations is exact to about 1e-15
+_ROUNDING = 4e-15  # rounding error of a sine or cosine; a product of three rotations has about 1e-15
 _STEEP = 1e-2  # the cosine of a pitch near +-90 degrees, where the atan2 of small numbers loses digits
 
 
@@ -38,7 +38,7 @@ def norm(a: Vector) -> float:
 
 
 def minus(one: Vector, other: Vector) -> Vector:
-    """Return the first vector minus the other one."""
+    """Return the difference of two vectors, first minus second."""
     return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
 
 
@@ -107,7 +107,7 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
 
 
 def quaternion_of(rows: Rows) -> Quaternion:
-    """Return the quaternion (x, y, z, w) of a matrix as a tf2 buffer stores it (``tf2/LinearMath/Matrix3x3.h``)."""
+    """Convert a rotation matrix to a quaternion (x, y, z, w) like tf2 does (``tf2/LinearMath/Matrix3x3.h``)."""
     trace = rows[0][0] + rows[1][1] + rows[2][2]
     if trace > 0:
         s = math.sqrt(trace + 1.0)
@@ -129,7 +129,7 @@ def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
 
     Jacobi's method (1846): rotate the largest off-diagonal entry to zero until none is left. Unlike the closed formula,
-    it is exact to rounding for equal eigenvalues, too.
+    it also is exact (up to rounding) for equal eigenvalues.
     """
     matrix = [list(row) for row in rows]
     for _ in range(60):
@@ -160,7 +160,7 @@ class Transform:
 
     @staticmethod
     def of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
-        """Return the transform of a position (m) and a quaternion (w, x, y, z). Raises ValueError for a zero one."""
+        """Build a transform from a position (m) and a quaternion (w, x, y, z). Raises ValueError for length zero."""
         length = math.hypot(*quaternion)
         if length == 0:
             raise ValueError("a quaternion of length zero is not a rotation")
@@ -224,7 +224,7 @@ class Transform:
         if horizontal < 1e-12:
             return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
         if horizontal < _STEEP:
-            # compute the yaw with the roll, from numbers that are not small
+            # Compute the yaw by means of the roll, from numbers that are not small.
             roll = math.atan2(h, i)
             sine, cosine = math.sin(roll), math.cos(roll)
             yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)

@@ -27,10 +27,10 @@ COORDINATES: Mapping[str, tuple[str, ...]] = {
 
 
 def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transform:
-    """Return the child frame in the frame of the joint; ``position`` is a number (rad or m), or one per coordinate.
+    """Return the pose of the child frame in the joint frame; ``position`` is one number (rad or m) per coordinate.
 
-    planar: two slides along the axes of the plane (``plane_axes``), then a turn about its normal. floating: a position,
-    then a quaternion in the order of ROS. ball: the quaternion alone.
+    A planar joint has two translations along the axes of its plane (``plane_axes``) and a rotation about the normal; a
+    floating joint has a position and a quaternion (x, y, z, w); a ball joint has a quaternion.
     Raises ValueError for a wrong number of coordinates, for a zero axis, and for a quaternion of length zero.
     """
     names = COORDINATES[kind]
@@ -62,7 +62,7 @@ def _along(axis: Vector, distance: float) -> Vector:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint; None for those that it does not have."""
+    """Limits of a joint, each None if the joint does not have it."""
 
     lower: float | None = None  # rad or m
     upper: float | None = None  # rad or m
@@ -84,8 +84,8 @@ class Mimic:
     multiplier: float = 1.0
     offset: float = 0.0
     solref: tuple[float, ...] = field(default=(), compare=False)  # MuJoCo solver parameters
-    solimp: tuple[float, ...] = field(default=(), compare=False)  # as ``solref``; empty: the default
-    name: str = field(default="", compare=False)  # of the MuJoCo equality; empty: the name of the joint
+    solimp: tuple[float, ...] = field(default=(), compare=False)  # MuJoCo solver parameters; () for the default
+    name: str = field(default="", compare=False)  # of the MuJoCo equality; "" for the name of the joint
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Dynamics:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The edges of the reference position of a joint (rad or m), or None if not set."""
+    """Joint positions (rad or m) of the rising and the falling edge of a reference signal, each None if not set."""
 
     rising: float | None = None
     falling: float | None = None
@@ -110,7 +110,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class SafetyController:
-    """Soft limits and gains of the safety controller of a joint; None if not set."""
+    """The safety controller of a joint: its gains and soft limits, each None if not set."""
 
     k_velocity: float  # N*m*s/rad or N*s/m
     k_position: float | None = None  # 1/s
@@ -120,14 +120,14 @@ class SafetyController:
 
 @dataclass(frozen=True)
 class Publisher:
-    """The node that publishes an edge on /tf or /tf_static."""
+    """The node that publishes a transform on /tf or /tf_static."""
 
     kind: str  # ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE or UNPUBLISHED
     name: str = ""  # of the node
     package: str = ""
     about: str = ""  # a remark; for UNPUBLISHED the reason
-    stamps: tuple[str, ...] = ()  # frames in the headers of the node's messages
-    simulated: bool = False  # the edge and all frames below it exist only in simulations
+    stamps: tuple[str, ...] = ()  # frame_ids in the headers of the node's messages
+    simulated: bool = False  # the child frame and all frames below it exist only in simulations
 
     @property
     def publishes(self) -> bool:
@@ -160,7 +160,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint has a single position. Types in SEVERAL_COORDINATES have several numbers instead."""
+        """Whether the joint moves and its position is one number; not for types in SEVERAL_COORDINATES."""
         return self.type in MOVING_TYPES
 
     @property
@@ -177,17 +177,17 @@ class Joint:
 
     @property
     def moves_on_tf(self) -> bool:
-        """Whether tf listeners see the child move: robot_state_publisher treats a planar joint as fixed."""
+        """Whether tf listeners see the child move; robot_state_publisher treats a planar joint as fixed."""
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property
     def braking(self) -> float:
-        """Damping of the joint and of its actuators, in N*m*s/rad or N*s/m."""
+        """The total damping of the joint and its actuators, in N*m*s/rad or N*s/m."""
         own = self.dynamics.damping if self.dynamics else 0.0
         return own + (self.actuator.damping if self.actuator else 0.0)
 
     def limits_of(self, interface: str) -> tuple[float | None, float | None]:
-        """Return the limits for an interface of ros2_control: position, velocity or effort; stand-ins do not count."""
+        """Return (lower, upper) for a ros2_control interface: position, velocity or effort. Stand-ins become None."""
         limit = self.limit
         if limit is not None and interface == "position" and self.type != "continuous":
             return limit.known_value("lower"), limit.known_value("upper")
@@ -200,6 +200,6 @@ class Joint:
         return COORDINATES[self.type]
 
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
-        """Return the child in the parent at a position: a number (rad or m) per coordinate. Raises ValueError."""
+        """Return the pose of the child in the parent at a joint position. Raises ValueError, as ``motion`` does."""
         origin = self.origin.transform()
         return origin if self.is_fixed else origin.then(motion(self.type, self.axis, position))

@@ -24,7 +24,7 @@ Positions: TypeAlias = Mapping[str, Position]
 
 
 class NoWay(Exception):
-    """The transform between two frames is unknown: only the running nodes know ``missing`` steps, or no path exists."""
+    """Two frames are not connected, or only running nodes know the poses of the steps ``missing`` between them."""
 
     def __init__(self, source: str, target: str, missing: tuple[Step, ...] = ()) -> None:
         super().__init__(f"no known transform from {source} to {target}")
@@ -32,7 +32,7 @@ class NoWay(Exception):
 
 
 class Step(NamedTuple):
-    """An edge of the graph from ``parent`` to ``child``: a joint, transforms of other nodes (one per mode), or both."""
+    """A connection parent -> child in the graph: a joint, transforms of other nodes (in different modes), or both."""
 
     parent: str
     child: str
@@ -57,7 +57,7 @@ class Step(NamedTuple):
         return tuple(sender for sender in senders if sender[0].kind != UNPUBLISHED)
 
     def transform(self, robot: Robot, positions: Positions) -> Transform:
-        """Return the child in the parent at joint positions (rad or m). Raises ValueError if the pose is unknown."""
+        """Return the pose of the child in the parent at joint positions (rad or m). Raises ValueError if unknown."""
         if self.joint is not None:
             return self.joint.transform(robot.position(self.joint, positions))
         if self.pose is None:
@@ -94,10 +94,10 @@ class Graph:
         return tuple(self.moves)
 
     def way(self, source: str, target: str) -> tuple[Move, ...]:
-        """Return the moves from one frame to another, along the shortest path on which all poses are known.
+        """Return the steps from one frame to another, along the shortest path on which all poses are known.
 
-        A frame has one parent on the running robot, but the description may have two (a joint that nobody publishes,
-        and the transform of a filter), so this is a search. Raises NoWay, and KeyError for an unknown frame.
+        This is a search, because a frame may have two parents in the description: that of a joint without a publisher,
+        and that of a transform from a filter node. Raises NoWay, and KeyError for an unknown frame.
         """
         if target not in self.moves:
             raise KeyError(target)
@@ -113,7 +113,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last move to each frame in reach, nearest first; ``every`` needs no poses. Raises KeyError."""
+        """Return the last step from ``base`` to each frame, nearest first; ``every`` includes steps without a pose."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:
@@ -144,7 +144,7 @@ class Kinematics:
     def transforms(self, source: str, target: str, positions: Mapping[str, ArrayLike]) -> Transforms:
         """Return the pose of ``target`` in ``source``: rotations (n, 3, 3) and translations (n, 3) in metres.
 
-        Raises KeyError for an unknown frame, NoWay if the description does not have a transform on the way, and
+        Raises KeyError for an unknown frame, NoWay if a transform between the frames is unknown, and
         ValueError for arrays of different lengths.
         """
         return self.all_frames(source, positions, (target,))[target]

@@ -20,7 +20,7 @@ from .simulation import Marked, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Declare a dataclass field that only some formats support, with its attribute there: ``mjcf="gravcomp"``."""
+    """Declare a dataclass field for some formats only, by the attribute in each format: ``mjcf="gravcomp"``."""
     return field(default=default, metadata={"formats": formats})
 
 
@@ -42,8 +42,8 @@ class Source:
 NO_SOURCE = Source()
 
 
-_THIN = 3e-3  # ratio of the smallest to the largest principal moment; below it, rounding changes how the body turns
-_FLAT = 1e-10  # relative to A + B = C: rounding could give A + B < C, which engines refuse
+_THIN = 3e-3  # ratio of smallest to largest principal moment below which rounding changes how the body turns
+_FLAT = 1e-10  # relative margin of A + B >= C: if it is smaller, rounding can violate this, and engines refuse that
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Inertial:
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Format the inertia as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
 
-        Products are entries of the tensor, with its sign. Inertias that rounding would falsify keep all digits.
+        xy, xz, yz are the signed entries of the tensor. If rounding would falsify the inertia, all digits are printed.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:
@@ -110,7 +110,7 @@ class Link:
 
     @property
     def size(self) -> Vector | None:
-        """The sides (m) of the box around all shapes along the link's axes, or None without shapes or with a mesh."""
+        """The sides (m) of the bounding box of all shapes in the link frame; None if there is no shape or a mesh."""
         bounds = bounds_of((*self.collision, *self.visual))
         return None if bounds is None else bounds.size
 
@@ -126,7 +126,7 @@ class DisabledCollision:
     REASONS: ClassVar[tuple[str, ...]] = ("Adjacent", "Default", "Always", "Never", "User")
 
     links: tuple[str, str]
-    reason: str = "User"  # other values than ``REASONS`` are read as User
+    reason: str = "User"  # a value that is not in ``REASONS`` is read as "User"
     nearest: float | None = None  # the smallest measured distance (m, negative if they overlap)
     beyond: float | None = None  # the links were always farther apart than this (m)
 
@@ -134,7 +134,7 @@ class DisabledCollision:
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
     """Return the inertial of shapes with uniform density, from their total ``mass`` (kg) or ``density`` (kg/m^3).
 
-    The inertial of a single solid is along its axes, at its middle; that of several is along the axes of the link.
+    A single solid yields an inertial at its centre along its axes, several solids one along the axes of the link.
     Overlaps count twice. Raises ValueError if there is no shape, one is a mesh, or a number overflows.
     """
     solids = [solid for shape in shapes for solid in shape.solids()]
@@ -155,8 +155,8 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
 def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
     """Combine inertials of bodies that are fixed to each other, each with the pose of its link in the new frame.
 
-    A single inertial keeps its axes, several are along those of the frame. Raises ValueError without any, or if a
-    number overflows.
+    A single inertial keeps its axes; several are combined along the axes of the frame. Raises ValueError for an empty
+    sequence, or if a number overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")
@@ -169,7 +169,7 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
 
 @contextmanager
 def _finite(message: str) -> Iterator[None]:
-    """Convert arithmetic errors in the block to ValueError; ``message`` is for a number that is too large."""
+    """Convert arithmetic errors in a ``with`` block to ValueError, with ``message`` for an overflow."""
     try:
         yield
     except OverflowError:

@@ -1,7 +1,7 @@
 """Read the triangles of mesh files in metres with trimesh.
 
-Broken, empty or hostile files raise ``ExtractProblem``. Files that a mesh refers to are not read, except the buffers of
-a .gltf and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
+Broken, empty or hostile files raise ``ExtractProblem``. Of the files that a mesh refers to, only the buffers of a .gltf
+and the materials of an .obj in the same folder are read. A .dae with a DTD is refused.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Colour = tuple[float, float, float]
 
 
 class ExtractProblem(SourceError):
-    """A mesh cannot be used; ``diagnostic`` has the reason and the fix."""
+    """Raised if a mesh cannot be used; ``diagnostic`` has the reason and the fix."""
 
     @classmethod
     def new(cls, rule: str, message: str, help: Help = "", span: Span | None = None) -> ExtractProblem:
@@ -50,7 +50,7 @@ class ExtractProblem(SourceError):
 
 
 class NotThere(ExtractProblem):
-    """A file, a robot, a package or a link does not exist. Commands exit as for a usage error."""
+    """Raised if a file, robot, package or link does not exist. Commands exit as for a usage error."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class TriangleMesh:
 
     name: str
     triangles: Floats  # (n, 3, 3): corners in metres, counter-clockwise seen from outside
-    colours: tuple[tuple[int, Colour | None], ...] = ()  # runs of triangles: their number and colour (sRGB, 0 to 1)
+    colours: tuple[tuple[int, Colour | None], ...] = ()  # (number of triangles, colour in sRGB 0 to 1) in order
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
 
@@ -67,7 +67,7 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Load the mesh of a shape (link, purpose, index), whose path is in ``files``, or return a warning."""
+        """Load the mesh of a shape, given as (link, "visual" or "collision", index), or return a warning."""
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
         message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"
@@ -103,9 +103,9 @@ class TriangleMesh:
 def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> TriangleMesh:
     """Load the triangles of all geometries in a mesh file, times ``scale``.
 
-    Numbers in STL, OBJ and glTF times ``scale`` are metres. The unit of a DAE is applied, its up axis is ignored: z is
-    up. ``coloured``: read the colours of materials; a material with an image is white.
-    Raises NotThere if there is no such file, else ExtractProblem.
+    Numbers in STL, OBJ and glTF times ``scale`` are metres. A DAE has a unit, which is applied; its up axis is ignored,
+    so that z is up. ``coloured`` reads the colours of materials; a material with an image is white.
+    Raises NotThere for a missing file, and ExtractProblem for an unusable one.
     """
     TriangleMesh.require_packages()
     import numpy as np
@@ -125,7 +125,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
         raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
     if not data:
         raise ExtractProblem.new("mesh-empty", f"{path} is an empty file", "export it again")
-    text = data.replace(b"\0", b"") if kind == "dae" else b""  # also find UTF-16
+    text = data.replace(b"\0", b"") if kind == "dae" else b""  # without zero bytes, UTF-16 looks like ASCII
     if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # entities may expand endlessly or read files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
     # pycollada reads positions that are not 32-bit numbers as zero.
@@ -144,7 +144,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit else 1.0)
     if not (factors == 1.0).all():
         triangles = triangles * factors
-        if factors.prod() < 0:  # mirroring reverses the order of the corners
+        if factors.prod() < 0:  # mirroring turns triangles inside out, so reverse their corners
             triangles = triangles[:, ::-1]
     if not np.isfinite(triangles).all():
         raise _unreadable(f"{path} has corners that are not finite numbers")
@@ -176,7 +176,7 @@ def _missing(message: str) -> ExtractProblem:
 
 
 def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Floats, Colour | None]]:
-    """Return triangles, and the colour if requested, for each geometry in a file. Raises ExtractProblem."""
+    """Return (triangles, colour) for each geometry in a file, with None unless ``coloured``. Raises ExtractProblem."""
     import logging
     import warnings
 
@@ -185,7 +185,7 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
     options: dict[str, Any] = {"process": False, "resolver": _Resolver(path.parent)}
     if kind in ("gltf", "glb") or (kind == "obj" and not coloured):
         options["skip_materials"] = True
-    log = logging.getLogger("trimesh")  # logs tracebacks of broken files
+    log = logging.getLogger("trimesh")  # silence it, because it logs tracebacks for broken files
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
@@ -205,7 +205,7 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
 
 
 def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
-    """Yield the triangles and colour of each geometry, posed in the scene; geometries of lines are skipped."""
+    """Yield (triangles, colour) for each geometry at its pose in the scene, without geometries made of lines."""
     import numpy as np
     import trimesh
 
@@ -227,7 +227,7 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
 
 
 class _Resolver:
-    """Open files that a mesh refers to for trimesh, in its folder or below; materials with an image become white."""
+    """Opens files in or below the folder of a mesh for trimesh; makes materials with an image white."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = files.resolve(folder)

@@ -1,4 +1,4 @@
-"""Read vertices of STL, OBJ and MSH files without other packages, so that artifacts do not depend on extras."""
+"""Read vertices of STL, OBJ and MSH files without optional packages, so that artifacts do not depend on those."""
 
 import math
 import re
@@ -19,16 +19,16 @@ _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
 
 
-# Looks up the vertices of a mesh, in the units of its file, or None if they are unknown.
+# A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
 Clouds = Callable[[Mesh], Sequence[Vector] | None]
 
 
 def no_clouds(mesh: Mesh) -> None:
-    """Return None, for callers without mesh files."""
+    """Return None: the ``Clouds`` for callers without mesh files."""
 
 
 class UnreadableMesh(Exception):
-    """A mesh file is damaged or in another format; the message is the end of a sentence that starts with the file."""
+    """A mesh file is damaged or in an unsupported format; the message completes a sentence about the file."""
 
     def __init__(self, message: str, help: str = "export it again", rule: str = "") -> None:
         super().__init__(message)
@@ -38,8 +38,8 @@ class UnreadableMesh(Exception):
 def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
     """Return a function from a mesh to its vertices, or None if its file is missing or unreadable.
 
-    By default it reads the files that the description names. With ``as_opened`` it reads those that MuJoCo opens, such
-    as an OBJ converted from a DAE; then a mesh that is left out of the MJCF has no vertices.
+    By default the function reads the files that the description names. With ``as_opened`` it reads the files that
+    MuJoCo opens, such as an OBJ converted from a DAE, and returns None for a mesh that is not in the MJCF.
     """
 
     def read(mesh: Mesh) -> Sequence[Vector] | None:
@@ -50,13 +50,13 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
 
 
 def why_unread(robot: Robot, name: str) -> str:
-    """Return why the vertices of a mesh could not be read, or an empty text if they could."""
+    """Return the reason why the vertices of a mesh cannot be read, or "" if they can."""
     return _cloud(robot, name, False)[1]
 
 
 @of_robot
 def _cloud(robot: Robot, name: str, as_opened: bool) -> tuple[tuple[Vector, ...] | None, str]:
-    """Return the vertices of a mesh, or None and the reason why they could not be read."""
+    """Return (vertices, "") of a mesh, or (None, the reason why they cannot be read)."""
     data, ending = robot.mesh_contents.get(name, (b"", "")) if as_opened else (b"", "")
     path = robot.mesh_files.get(name)
     try:
@@ -84,7 +84,7 @@ def read_vertices(data: bytes, ending: str) -> "array[float]":
     if ending not in (".stl", ".obj", ".msh"):
         raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
     coordinates = array("d")
-    if ending == ".msh":  # of MuJoCo: counts of vertices, normals, texture coordinates and faces, then the data
+    if ending == ".msh":  # MuJoCo's: numbers of vertices, normals, texture coordinates and faces, then the data
         counts = struct.unpack_from("<4i", data) if len(data) >= 16 else (-1, 0, 0, 0)
         size = 16 + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
         if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:

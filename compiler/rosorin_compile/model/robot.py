@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class ByName(dict[str, "Named"]):
-    """A mapping by name that raises KeyError with a suggestion; ``kind`` is the word for its values in messages."""
+    """A mapping whose KeyError suggests a similar name; ``kind`` is the word for its values in messages."""
 
     def __init__(self, kind: str, items: Mapping[str, Named]) -> None:
         super().__init__(items)
@@ -70,16 +70,16 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Edge:
-    """A transform that another node publishes."""
+    """A transform parent -> child that another node publishes, or that a joint publishes in some modes only."""
 
     parent: str
     child: str
     publisher: Publisher
     moving: bool
     when: str = ""
-    pose: Pose | None = None  # None if only that node knows it
+    pose: Pose | None = None  # None if only the running node knows the pose
     source: Source = NO_SOURCE
-    joint: str = ""  # the joint that the edge publishes in some modes, or empty
+    joint: str = ""  # the joint with this transform, or "" for an entry of ``edges``
 
     @property
     def topic(self) -> str:
@@ -90,14 +90,14 @@ class Edge:
 
 @dataclass(frozen=True)
 class JointPose:
-    """A named pose; joints that it does not name are at zero."""
+    """A named pose; joints that are not in ``positions`` are at zero."""
 
     name: str
     positions: Mapping[str, float]  # rad or m, by joint name
     pulses: Mapping[str, int] = field(default_factory=dict)
     source: Source = NO_SOURCE
-    base: Pose | None = None  # of a free base in the world, in simulation
-    controls: Mapping[str, float] = field(default_factory=dict)  # commands by actuator, in simulation
+    base: Pose | None = None  # the pose of a free base in the world, in simulations
+    controls: Mapping[str, float] = field(default_factory=dict)  # commands by actuator name, in simulations
     mjcf: Values = field(default_factory=dict)
 
 
@@ -107,16 +107,16 @@ class Controller:
 
     name: str
     type: str  # as in the description: full, or a short name
-    params: Mapping[str, Any] = field(default_factory=dict)  # by their full keys (``a.b.c``)
-    hardware: str = ""  # the hardware block whose joints it moves, or empty
-    sensor: str = ""  # the sensor that it broadcasts, or empty
+    params: Mapping[str, Any] = field(default_factory=dict)  # parameter values by full name (``a.b.c``)
+    hardware: str = ""  # the hardware block whose joints the controller moves, or ""
+    sensor: str = ""  # the sensor that the controller broadcasts, or ""
     inactive: bool = False  # configured at the start of the robot, activated later
     source: Source = NO_SOURCE
 
 
 @dataclass(frozen=True)
 class Output:
-    """An artifact: the format (``backend`` in the language), its file in the outputs folder, its options."""
+    """An artifact to generate: its format (``backend``), its file in the outputs folder, and its options."""
 
     name: str
     backend: str
@@ -128,9 +128,9 @@ class Output:
 class Robot:
     """A robot. Links, joints and sensors are in the order of the description.
 
-    ``missing_meshes`` are the names of mesh files that were not found. ``mesh_files`` maps the names of the others, and
-    of images, to paths. ``mesh_contents`` has the bytes of the mesh files that artifacts open, by name.
-    ``root_in_world`` is for simulations, ``sections`` has the values of plug-in sections.
+    ``mesh_files`` maps the names of meshes and images to paths, except ``missing_meshes``, which were not found.
+    ``mesh_contents`` has (bytes, extension) of the mesh files that artifacts open, by name. ``root_in_world`` is for
+    simulations, ``sections`` has the values of plug-in sections.
     """
 
     name: str
@@ -181,7 +181,7 @@ class Robot:
         return {}
 
     def has_free_base(self, output: Output) -> bool:
-        """Return True if the base can move in simulation: by the option of the output, by default if it has a drive."""
+        """Return True if the base moves freely in simulations: by an option of the output, or if there is a drive."""
         default = "fixed" if self.drive is None else "free"
         return output.options.get("base", default) == "free" and not self.root_in_world.world
 
@@ -201,7 +201,7 @@ class Robot:
 
     @cached_property
     def material(self) -> Mapping[str, Material]:
-        """The materials by name, including those defined in visuals; of several definitions the first."""
+        """The materials by name, also from visuals; if several have one name, the first."""
         materials = {material.name: material for material in self.materials}
         for link in self.links:
             for visual in link.visual:
@@ -250,12 +250,12 @@ class Robot:
     def is_tree(self) -> bool:
         if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
-        # Each link except one has one joint above it; links that the root does not reach are in a cycle.
+        # Each link except the root has one joint above it, and no links form a cycle that the root does not reach.
         return len(self.joint_to) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     @cached_property
     def mimics_resolve(self) -> bool:
-        """Whether each mimic joint follows, directly or not, an existing joint that mimics no other joint."""
+        """Whether the leaders of each mimic joint exist and end at a joint that is not a mimic joint."""
         followers = [joint for joint in self.joints if joint.mimic]
         resolved = {joint.name for joint in self.joints if not joint.mimic}
         for _ in followers:
@@ -283,7 +283,7 @@ class Robot:
         return tuple(reversed(joints))
 
     def subtree(self, link: str) -> tuple[str, ...]:
-        """Return a link and all links below it, children in the order of their joints; cycles are allowed."""
+        """Return a link and all links below, children in the order of their joints; a cycle is no error."""
         found: dict[str, None] = {}
         waiting = [link]
         while waiting:
@@ -306,7 +306,7 @@ class Robot:
         return tops
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
-        """Yield the links attached to a link by one fixed joint, with their poses in it; children before the parent."""
+        """Yield (name, pose in ``link``) for each link that a fixed joint attaches to it; children, then the parent."""
         for joint in self.joints_from.get(link, ()):
             if joint.is_fixed:
                 yield joint.child, joint.origin.transform()
@@ -318,12 +318,12 @@ class Robot:
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
-        """The edges of joints whose publisher depends on the mode, by joint name, in the order of the description."""
+        """The transforms of joints whose publisher depends on the mode, by joint name."""
         return _grouped((edge.joint, edge) for edge in self.edges if edge.joint)
 
     @cached_property
     def simulated_frames(self) -> Mapping[str, str]:
-        """The links that exist only in simulations, in the order of the tree, each with the reason."""
+        """Map each link that exists only in simulations to the reason, in the order of the tree."""
         found: dict[str, str] = {}
         for joint in self.joints_down():
             if joint.publisher.simulated:
@@ -338,13 +338,13 @@ class Robot:
         return [link.name for link in self.links if link.name not in self.simulated_frames]
 
     def frame_tree(self) -> tuple[Row, ...]:
-        """Return all edges of the tree of frames: joints from the root down, then the transforms of other nodes."""
+        """Return the rows of the tree of frames: joints from the root down, then the transforms of other nodes."""
         from .frame_tree import rows
 
         return rows(self)
 
     def joint_edges(self) -> list[Edge]:
-        """Return the joints with one publisher in all modes as edges, from the root down, without simulation frames."""
+        """Return the transforms of joints whose publisher is the same in all modes, without simulation frames."""
         joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
         joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.turns]
         ends = ((joint, self.publisher_of(joint)) for joint in joints)
@@ -352,18 +352,18 @@ class Robot:
 
     @of_robot
     def published_by(self, kind: str) -> tuple[Joint, ...]:
-        """Return the joints with a kind of publisher, in the order of the description."""
+        """Return the joints whose publisher is of this kind, in the order of the description."""
         return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
 
     @cached_property
     def unmeasured_joints(self) -> tuple[Joint, ...]:
-        """The moving joints of robot_state_publisher without a position state in any hardware block, if any has one."""
+        """The moving URDF joints without a position state in any hardware block; () if no joint has such a state."""
         measured = {one.name for block in self.control for one in block.joints if "position" in one.states}
         ours = self.published_by(ROBOT_STATE_PUBLISHER) if measured and self.controllers else ()
         return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in measured)
 
     def publisher_of(self, joint: Joint) -> Publisher:
-        """Return the publisher of a joint on tf: none if robot_state_publisher does not get its position."""
+        """Return the publisher of a joint, UNPUBLISHED if no one sends its position to robot_state_publisher."""
         unmeasured = Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
         return unmeasured if joint in self.unmeasured_joints else joint.publisher
 
@@ -387,7 +387,7 @@ class Robot:
             factor *= leader.mimic.multiplier
             leader = self.joint[leader.mimic.joint]
         position = positions.get(leader.name, 0.0)
-        if isinstance(position, Sequence):  # a number for each coordinate, which no joint can mimic
+        if isinstance(position, Sequence):  # several coordinates: no joint can mimic them
             return position if leader is joint else offset
         return factor * position + offset
 
@@ -397,7 +397,7 @@ class Robot:
         return reduce(Transform.then, steps, Transform())
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
-        """Return the poses of all links in the root frame; a joint with several coordinates takes a number for each."""
+        """Return the poses of all links in the root frame; ``positions`` has one number (rad or m) per coordinate."""
         poses = {self.root: Transform()}
         for joint in self.joints_down():
             position = self.position(joint, positions) if joint.moves else positions.get(joint.name, 0.0)
@@ -424,20 +424,20 @@ class Robot:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Forward kinematics of many joint states at once. Raises ImportError with a remedy if numpy is missing."""
+        """Forward kinematics of many joint states at once. Raises ImportError if numpy is missing."""
         from .kinematics import Kinematics
 
         return Kinematics(self)
 
     @property
     def driving(self) -> Driving:
-        """Wheel speeds for a velocity of the base, and back. Raises ValueError if there is no drive."""
+        """The conversion between wheel speeds and base velocity. Raises ValueError if there is no drive."""
         from .drive import driving_of
 
         return driving_of(self)
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
-        """Return the robot with masses added to links, by link name, for ``adds`` of plug-ins.
+        """Return the robot with additional masses on links, by link name; for ``adds`` of plug-ins.
 
         Names of unknown links are ignored. Raises ValueError where a sum overflows.
         """

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Schema = Mapping[str, Any]
-Given = Schema | None  # None: read schema.json next to the module of the dataclass
+Given = Schema | None  # None reads schema.json next to the module of the dataclass
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # takes the tree and a function that reports problems
 
@@ -35,20 +35,20 @@ ENTRIES, ITEMS, ONE = "entries", "items", "one"
 
 @dataclass(frozen=True, eq=False)
 class Section(Generic[T]):
-    """A section of descriptions: its schema, the dataclass of its entries, its rules and its conversion.
+    """A section of descriptions: its schema, the dataclass of an entry, its rules and its conversion.
 
     A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None), with
     ``adds``, ``checks`` and ``lower`` as keywords.
     """
 
     name: str
-    entry: type[Any] = object  # fields are named after keys, in SI units; a ``Pose`` has the keys ``xyz``, ``rpy``
+    entry: type[Any] = object  # a dataclass with a field (in SI units) per key; a ``Pose`` is for ``xyz`` and ``rpy``
     schema: Schema = field(default_factory=dict)  # JSON Schema draft 7 with annotations (docs/extend.md)
     form: str = ENTRIES
-    adds: Adds | None = None  # returns the robot with additions from the value
+    adds: Adds | None = None  # returns the robot with what the section adds, such as links
     checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of their modules
-    lower: Lower | None = None  # converts trees that fields cannot, with ``problem(rule, message, path, help)``
-    # Built-in only: elements for a URDF whose output has an option named after the section, and their check.
+    lower: Lower | None = None  # custom conversion (tree, problem) -> value; problem(rule, message, path, help)
+    # Built-in only: return (and check) XML elements for a URDF output that has an option named after the section.
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
@@ -70,7 +70,7 @@ class Section(Generic[T]):
         return tuple(check for checks in named for check in checks)
 
     def check(self) -> None:
-        """Raise ValueError or TypeError if the schema or the entry type does not suit the form of the section."""
+        """Raise ValueError or TypeError if schema or entry type do not match ``form`` (entries, items or one)."""
         if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
@@ -87,7 +87,7 @@ def _schema_of(entry: type[Any]) -> Any:
 
 @cache
 def own_sections() -> tuple[Section[Any], ...]:
-    """Return the built-in sections in the order in which they are converted; imports their packages."""
+    """Import and return the built-in sections, in the order in which they are converted."""
     return tuple(section for package in PACKAGES for section in import_module(package).SECTIONS)
 
 
@@ -101,8 +101,8 @@ class Sections:
     """The values of plug-in sections by name."""
 
     values: Mapping[str, Any] = field(default_factory=dict)
-    said: Mapping[str, Any] = field(default_factory=dict)  # plain values in SI units, with schema defaults
-    # The robot without additions of its sections; None: they add nothing.
+    said: Mapping[str, Any] = field(default_factory=dict)  # sections as plain values in SI units, with schema defaults
+    # The robot before ``adds`` of its sections, or None if they add nothing.
     without: Robot | None = field(default=None, compare=False, repr=False)
 
     @overload
@@ -112,7 +112,7 @@ class Sections:
     def __getitem__(self, section: str) -> Any: ...
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
-        # Without the section in the robot, a ``Section`` gives an empty value, a name raises KeyError.
+        # If the robot lacks the section, a ``Section`` returns an empty value, but a name raises KeyError.
         empty: dict[str, Any] = {ENTRIES: {}, ITEMS: (), ONE: None}
         return self.values[section] if isinstance(section, str) else self.values.get(section.name, empty[section.form])
 

@@ -17,7 +17,7 @@ from .joint import Limit
 from .link import NO_SOURCE, Source
 from .robot import Robot
 
-ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse allows that pulse
+ROUNDING = 1e-6  # pulses: tolerance, so that a limit computed from a pulse includes that pulse
 
 
 class NoServo(UnknownName):
@@ -50,7 +50,7 @@ class ServoGroup:
 
 
 class Nearest(NamedTuple):
-    """The pulse nearest to a requested position, its position (rad or m), and that minus the requested one."""
+    """The pulse nearest to a requested position, its position, and that minus the requested position."""
 
     pulse: int
     position: float
@@ -99,12 +99,12 @@ def travel(group: ServoGroup) -> tuple[float, float]:
 
 
 def pulses_within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
-    """Return the smallest and the largest pulse within the limits of a joint, or None if no pulse is within them."""
+    """Return the (smallest, largest) pulse within the limits of a joint, or None if no pulse is within the limits."""
     low, high = group.pulse_range
     for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():
         if bound is None or not math.isfinite(exact := group.exact_pulse(bound)):
             continue
-        # The upper limit is the largest pulse if pulses increase with the position, otherwise the smallest.
+        # The upper limit bounds the largest pulse if pulses increase with the position, else the smallest.
         if is_upper is (group.flipped == (group.rad_per_pulse < 0)):
             high = min(high, math.floor(exact + ROUNDING))
         else:

@@ -31,7 +31,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder along z, its middle at the origin."""
+    """A cylinder along z with its centre at the origin."""
 
     radius: float
     length: float
@@ -39,7 +39,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along z with a half sphere on each end; ``length`` is that of the cylinder part."""
+    """A cylinder along z with a half sphere on each end; ``length`` excludes the half spheres."""
 
     radius: float
     length: float
@@ -61,18 +61,18 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh file by reference, in the units of the file times ``scale``."""
+    """A mesh file by name; coordinates in the file times ``scale`` are metres."""
 
     file: str
     scale: Vector = (1.0, 1.0, 1.0)
-    inertia: str = field(default="", compare=False)  # how MuJoCo computes it ("shell", ...); empty: the default
+    inertia: str = field(default="", compare=False)  # how MuJoCo computes it ("shell", ...); "" for default
     mjcf: Values = field(default_factory=dict, compare=False)  # other MuJoCo attributes
 
 
-# How a height map is divided into boxes.
-ROWS = "rows"  # one for each run of equal cells within a row of constant x
-MERGED = "merged"  # equal cells along x and y together: fewer boxes
-GROUNDED = "grounded"  # rows that reach down to z = 0, even with a higher bottom
+# The values of ``form``: how a height map is divided into boxes.
+ROWS = "rows"  # one box for each run of equal cells within a row of constant x
+MERGED = "merged"  # one box for each rectangle of equal cells, which gives fewer boxes
+GROUNDED = "grounded"  # like ROWS, but each box extends down to z = 0, even if its bottom is higher
 
 
 @dataclass(frozen=True)
@@ -98,11 +98,11 @@ class HeightMap:
         return self.heights[i][j] > self.bottom_of(i, j)
 
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
-        """Return the body as boxes: in ``rows``, ``merged`` or ``grounded``."""
+        """Return boxes that fill the height map; ``form`` is ROWS, MERGED or GROUNDED."""
         if form not in self._boxes:
             layers = [[self._layer(i, j, form) for j in range(len(row))] for i, row in enumerate(self.heights)]
             boxes = _rectangles(layers, grow=form == MERGED)
-            if form == MERGED:  # or grow along y, if that gives fewer boxes
+            if form == MERGED:  # also try to merge along y first, and use the result if it has fewer boxes
                 turned = _rectangles(list(zip(*layers, strict=True)), grow=True)
                 if len(turned) < len(boxes):
                     boxes = [(left, top, right, under, layer) for top, left, under, right, layer in turned]
@@ -119,7 +119,7 @@ class HeightMap:
         return {}
 
     def _layer(self, i: int, j: int, form: str) -> tuple[float, float] | None:
-        """Return the lower and upper end (m) of the box in a cell, or None if the cell is empty."""
+        """Return the (lower, upper) end of the box in a cell (z in m), or None if the cell is empty."""
         height, low = self.heights[i][j], self.bottom_of(i, j)
         if height <= 0:
             return None
@@ -132,11 +132,11 @@ class HeightMap:
 
 
 _Layer = tuple[float, float]
-_Rectangle = tuple[int, int, int, int, _Layer]  # first row, row after the last; the same for columns
+_Rectangle = tuple[int, int, int, int, _Layer]  # first row, first column, row after the last, column after the last
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
-    """Return the runs of equal cells in each row; ``grow`` extends them over the next rows with equal cells."""
+    """Return the runs of equal cells in each row; ``grow`` merges a run with equal runs in the next rows."""
     free = {(i, j): value for i, row in enumerate(cells) for j, value in enumerate(row) if value is not None}
     made: list[_Rectangle] = []
     for i, left in list(free):
@@ -172,7 +172,7 @@ Rgba = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Material:
-    """The look of a surface: red, green, blue and opacity, each 0 to 1, and the name of an image file."""
+    """A surface material: its colour (red, green, blue, opacity; each 0 to 1), and the name of an image file."""
 
     name: str
     rgba: Rgba | None = None
@@ -196,7 +196,7 @@ class Shape:
     mjcf: Values = field(default_factory=dict, hash=False)  # for simulation
 
     def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
-        """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... as ``form`` divides it."""
+        """Return the shape itself or, for a height map, its boxes (``HeightMap.boxes``), named NAME_1, NAME_2, ..."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
         boxes = enumerate(self.geometry.boxes(form), 1)
@@ -210,11 +210,11 @@ class Shape:
 
     @cached_property  # cached, because links may share shapes
     def in_link(self) -> Shape:
-        """The shape with a box that is rotated by quarter turns replaced by a box along the axes of its link."""
+        """The same shape, but a box with a rotation by quarter turns is replaced by a box along the link's axes."""
         return self.move(Transform())
 
     def drawn(self) -> tuple[Shape, ...]:
-        """Return the shape for drawing: a height map with one bottom is raised to it, with several it becomes boxes."""
+        """Return shapes that can be drawn: a height map must begin at z = 0, so it is moved or becomes boxes."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)
@@ -225,13 +225,13 @@ class Shape:
         return (replace(self, geometry=replace(grid, heights=heights, bottom=0.0), pose=lifted),)
 
     def origin(self) -> Pose:
-        """Return the pose of the centre of the geometry in the link frame."""
+        """Return the pose of the geometry's centre in the link frame."""
         if isinstance(self.geometry, Box) and self.geometry.centre != (0.0, 0.0, 0.0):
             return Pose(self.pose.transform().apply(self.geometry.centre), self.pose.rpy)
         return self.pose
 
     def move(self, transform: Transform) -> Shape:
-        """Return the shape in the parent frame of ``transform``; a box along the parent's axes gets no rotation."""
+        """Transform the shape to a parent frame; a box that is then along the axes is stored without a rotation."""
         placed = transform.then(self.pose.transform())
         is_quarter_turn = all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in placed.rows for c in row)
         if isinstance(self.geometry, Box) and is_quarter_turn:
@@ -243,7 +243,7 @@ class Shape:
 
 
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
-    """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2).
+    """Return the volume (m^3) of a solid and its moments of inertia about its centre for a mass of 1 kg (kg*m^2).
 
     D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias"; a capsule is a cylinder and
     two half spheres with their centres 3/8 of the radius from the flat sides. Raises ValueError for a mesh.
@@ -263,7 +263,7 @@ def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
         volume = tube + ends
         along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
-        # A half sphere: 2/5 r^2 about the flat side, minus (3/8 r)^2, plus (l/2 + 3/8 r)^2 to the middle.
+        # A half sphere: 2/5 r^2 about the flat side, minus (3/8 r)^2, plus (l/2 + 3/8 r)^2 to the centre.
         end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
         across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
         return volume, (across, across, along)

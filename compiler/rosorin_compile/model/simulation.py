@@ -1,4 +1,4 @@
-"""Values that only simulations use, in SI units; attributes without a key in the language have MuJoCo's names."""
+"""Values that only simulations use, in SI units. Attributes that are not keys of a description have MuJoCo's names."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from .geometry import IDENTITY, Pose
 
-# The value of an attribute: a number in SI units, text, boolean, or a tuple of them. None: not set.
+# The value of an attribute: a number in SI units, string, boolean, tuple of these, or None if not set.
 Attribute = float | str | bool | tuple[float | str | bool, ...] | None
 Values = Mapping[str, Attribute]
 
@@ -21,16 +21,16 @@ class Actuator:
     """An actuator of a joint, a tendon, a site or a body."""
 
     type: str = POSITION
-    name: str = ""  # empty for the actuator of a joint, which has the name of the joint
-    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # by MuJoCo attribute
+    name: str = ""  # "" for the actuator of a joint, which is named after the joint
+    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # names by attribute ("tendon", ...)
     kp: float | None = None  # N*m/rad or N/m
     kv: float = 0.0  # N*m*s/rad or N*s/m
     damping_ratio: float = 0.0
     damping: float = 0.0  # at the joint
     gear: tuple[float, ...] = ()
-    range: tuple[float, float] | None = None  # of its command; None: derived from its type and joint
+    range: tuple[float, float] | None = None  # range of the command, or None to derive it from the type and joint
     unlimited: bool = False
-    force: tuple[float, float] | None = None  # smallest and largest, N or N*m
+    force: tuple[float, float] | None = None  # (smallest, largest) force or torque, N or N*m
     mjcf: Values = field(default_factory=dict, hash=False)
 
 
@@ -50,7 +50,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Marked:
-    """A site, a camera or a light (``tag``) of a link, at ``pose`` in it."""
+    """A site, a camera or a light (``tag``) at ``pose`` in its link."""
 
     tag: str
     name: str
@@ -60,13 +60,13 @@ class Marked:
 
 @dataclass(frozen=True)
 class Root:
-    """The pose of the root link in the world, and the name and attributes of a free joint there."""
+    """The pose of the root link in the world, and the name and attributes of its free joint in an MJCF."""
 
     pose: Pose = IDENTITY
     joint: str = ""
     values: Values = field(default_factory=dict, hash=False)
-    placed: bool = False  # the pose is set; otherwise a free base is placed on the floor
-    world: bool = False  # the link is MuJoCo's world body
+    placed: bool = False  # True if the pose is set; otherwise a free base is placed on the floor
+    world: bool = False  # True if the root link is MuJoCo's world body
 
 
 AT_ORIGIN = Root()
@@ -74,7 +74,7 @@ AT_ORIGIN = Root()
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry in a list of an MJCF, such as constraints or sensors: its element, name and attributes."""
+    """An element in a list of an MJCF, such as a constraint or sensor: its tag, name and attributes."""
 
     tag: str
     name: str
@@ -83,7 +83,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Replicas:
-    """Copies of an element: how many, and the pose of each relative to the previous one."""
+    """Copies of an element: their number, and the pose of each copy relative to the previous copy."""
 
     count: int
     step: Pose
@@ -97,14 +97,14 @@ class Simulated:
     element: str  # the file of a TEMPLATE_ELEMENT
     name: str
     link: str
-    pose: Pose | None = None  # in the link; None: the frame of the link
+    pose: Pose | None = None  # in the link, or None for the frame of the link
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     replicas: Replicas | None = None
     section: str = ""  # the MJCF section of a TEMPLATE_ELEMENT that is not in a body
 
     @property
     def site(self) -> str:
-        """The site where a sensor element measures: the site of its link, or a separate one if it has a pose."""
+        """The site at which the sensor measures: the site of its link, or a separate site if ``pose`` is set."""
         return self.link if self.pose is None else f"{self.name}_site"
 
 
@@ -118,7 +118,7 @@ class SdfElement:
     elements: "tuple[SdfElement, ...]" = ()
 
     def words(self) -> Any:
-        """Return the element as in a description: a value, or a mapping of attributes and child elements."""
+        """Return the element as plain values, as in a description: a value, or a mapping of attributes and children."""
         if self.value is not None:
             return self.value
         attributes = {"attributes": dict(self.attributes)} if self.attributes else {}
@@ -131,13 +131,13 @@ class GazeboSensor:
 
     type: str
     name: str
-    link: str  # with ``at_joint``, the name of a joint
+    link: str  # the name of a link or, with ``at_joint``, of a joint
     pose: Pose = IDENTITY
-    stamp: str = ""  # the frame in the headers of its messages
+    stamp: str = ""  # the frame_id in the headers of its messages
     elements: tuple[SdfElement, ...] = ()
     at_joint: bool = False
     feels: str = ""  # the link whose shapes a contact sensor observes
-    without: frozenset[str] = frozenset()  # default elements that the description removes
+    without: frozenset[str] = frozenset()  # tags of default elements that the description removes
 
     # The element that sets the frame of its messages, by Gazebo version; in Gazebo classic a plug-in sets it.
     FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}

@@ -1,1 +1,1 @@
-"""Write files: the artifacts of a robot as one set, files of a package, and single files."""
+"""Write files safely: the artifacts of a robot as one set, files of a ROS package, and single files."""

@@ -25,9 +25,9 @@ Judge = Callable[[str, bytes, bytes], Decision]  # arguments: file name, old con
 
 
 class WriteResult(NamedTuple):
-    """The result of writing a set of artifacts; all names are relative POSIX names, sorted.
+    """The result of writing a set of artifacts, as sorted relative POSIX names.
 
-    ``kept`` are other files, ``renamed`` are (old, new) names of replaced files that others may have written.
+    ``kept`` are files that are not artifacts, ``renamed`` (old, new) names of files that others may have written.
     """
 
     written: tuple[str, ...]
@@ -45,8 +45,8 @@ class WriteResult(NamedTuple):
 def write_artifacts(folder: Path, files: Texts, prune: bool = False) -> WriteResult:
     """Write the artifacts of a robot like ``write_set``, but do not overwrite files that this tool did not write.
 
-    If only the new file has the mark of this tool, that is an error. If neither has it, the old file is renamed, unless
-    this tool wrote the old file or, in a fresh checkout, another file of the set. Raises OutputError.
+    If only the new version of a file has the mark of this tool, raise OutputError. If neither version has it, rename
+    the old file, unless this tool wrote it or, in a fresh checkout, another file of the set.
     """
     try:
         present = [path for path in map(folder.joinpath, files) if path.is_file()]
@@ -89,9 +89,9 @@ def write_set(
 
 
 def read_set(folder: Path) -> dict[str, bytes]:
-    """Return the contents of all files below ``folder`` by relative POSIX name, or {} if the folder does not exist.
+    """Return the contents of all files below a folder by relative POSIX name, or {} if the folder does not exist.
 
-    Waits for a process that is writing the set. Raises OutputError.
+    If another process is writing the set, wait until it is complete. Raises OutputError.
     """
     try:
         real = _resolved(folder)
@@ -181,7 +181,7 @@ def _update(
 def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
     """Map the relative POSIX name of each entry in the folder to True if the entry is a folder.
 
-    Raises OutputError if this is probably not an output folder, and OSError where another file system is mounted.
+    Raises OutputError if this is probably not an output folder, and OSError if another file system is mounted in it.
     """
     with suppress(OSError), lock(folder, tidy=True):
         pass  # locking with ``tidy`` removes leftovers of killed processes
@@ -211,7 +211,7 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
 
 
 def remember(path: Path) -> None:
-    """Record that this tool wrote a file that has no mark of this tool. Failures are ignored."""
+    """Record that this tool wrote a file, for files that cannot have its mark. Failures are ignored."""
     with suppress(OSError):
         if (record := _record(path)) and not record.exists():
             record.touch()

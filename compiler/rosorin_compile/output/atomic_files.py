@@ -26,7 +26,7 @@ _CANNOT_EXCHANGE = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP,
 
 
 class OutputError(DiagnosticError):
-    """Files cannot be written or read; ``diagnostic`` has the reason and a help."""
+    """Raised if files cannot be written or read; ``diagnostic`` has the reason and a help."""
 
     def __init__(self, rule: str, message: str, help: str) -> None:
         super().__init__(error(rule, printable(message), None, printable(help)))
@@ -63,7 +63,7 @@ def is_generated(data: bytes) -> bool:
 
 
 def may_replace(path: Path) -> bool:
-    """Return True if this tool generated a file, or if the file is blank. Raises OSError."""
+    """Return True if a file may be replaced: this tool generated it, or it is blank. Raises OSError."""
     with path.open("rb") as file:
         head = file.read(_HEAD)
     return is_generated(head) or not head.strip()
@@ -83,8 +83,8 @@ def write_file(
 ) -> None:
     """Write ``data`` to a file in one step; permissions are kept, and symbolic links are followed.
 
-    If the file already has this content, only its time changes. Raises OutputError, also if the file is one of
-    ``inputs``, or if ``may_replace`` returns False for the file.
+    If the file already has this content, only its modification time changes. Raises OutputError, for example if the
+    file is one of ``inputs``, or if ``may_replace`` returns False for it.
     """
     try:
         exists = path.exists()
@@ -191,7 +191,7 @@ def _link_or_copy(source: Path, target: Path) -> None:
     except FileNotFoundError:
         pass
     except OSError as problem:
-        # A folder with a mount point (EXDEV) cannot be replaced, and special files cannot be copied.
+        # Do not copy across a mount point (EXDEV), because its folder cannot be replaced, nor special files.
         if problem.errno == errno.EXDEV or not (source.is_symlink() or source.is_file()):
             raise
         shutil.copy2(source, target, follow_symlinks=False)
@@ -200,7 +200,7 @@ def _link_or_copy(source: Path, target: Path) -> None:
 def replace_folder(
     folder: Path, fresh: Files, carried: Mapping[str, bool] = {}, gone: Sequence[str] = (), durable: bool = True
 ) -> None:
-    """Replace or create a folder in one step. Raises OutputError or OSError; then the old folder is unchanged.
+    """Replace or create a folder in one step. Raises OutputError or OSError, and then leaves the old folder unchanged.
 
     The new folder has the ``fresh`` files and the entries ``carried`` over from the old folder (True for folders). If
     the system cannot exchange folders, the fresh files are written and the entries ``gone`` are removed one by one.
@@ -239,7 +239,7 @@ def replace_folder(
 
 
 def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gone: Sequence[str] = ()) -> None:
-    """Move ``fresh`` files from ``new`` to ``folder`` and remove ``gone`` files; undo all after an OSError."""
+    """Move ``fresh`` files from ``new`` to ``folder`` and remove ``gone`` files; after an OSError, undo all changes."""
     started: list[tuple[Path, Path, bool]] = []
     try:
         for name in (*gone, *fresh):
@@ -262,7 +262,7 @@ def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gon
 
 
 def exchange(first: Path, second: Path) -> None:
-    """Swap two paths in one step. Raises OSError, with ENOSYS if the C library lacks the function."""
+    """Swap two paths in one step. Raises OSError; its errno is ENOSYS if the C library lacks the function."""
     try:
         import ctypes
 

@@ -1,8 +1,8 @@
 """Write files into a folder that also contains other files, such as a ROS package.
 
 Each file is written in one step, and the manifest last. The manifest has the digest of each written file. While files
-are replaced, it has the old (if any) and the new digest of each file: if the process is killed, the manifest shows
-which files may be from either run.
+are replaced, the manifest has both the old (if any) and the new digest of each file, so that after a killed process it
+shows which files may be from either run.
 """
 
 import errno
@@ -49,7 +49,7 @@ class PackageFolder:
     ) -> tuple[str, ...]:
         """Write ``files`` in their order, and the manifest last; return the changed files, sorted.
 
-        The files ``unlisted`` are written first and are not in the manifest. If a step fails, the folder is unchanged.
+        ``unlisted`` files are written first and are not in the manifest. If a step fails, the folder is unchanged.
         A new folder is written in one step. Raises OutputError.
         """
         contents = {**(unlisted or {}), **files}
@@ -60,7 +60,7 @@ class PackageFolder:
             changed = {name: data for name, data in contents.items() if data != before[name]}
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
             if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
-                listed |= self._manifest.keys()  # also list files of an unfinished run that are not written yet
+                listed |= self._manifest.keys()  # keep files of an unfinished run in the manifest
             final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
@@ -109,7 +109,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:
-    """Return digests by file name (lists after an unfinished run), or {} if the manifest is missing or damaged."""
+    """Return digests by file name (lists of digests after an unfinished run), or {} without a valid manifest."""
     try:
         values = json_of((folder / MANIFEST).read_bytes())
     except (OSError, ValueError):

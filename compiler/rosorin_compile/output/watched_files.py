@@ -8,8 +8,8 @@ from pathlib import Path
 from rosorin_compile.source.files import Version, recording, version
 
 INTERVAL = 0.3  # seconds between two checks
-SETTLE = 0.05  # seconds without a change, after which an editor has probably saved all files
-_CLOCK_STEP = 20_000_000  # ns, maximum delay of file times behind the clock
+SETTLE = 0.05  # seconds without a change after which an editor has probably saved all files
+_CLOCK_STEP = 20_000_000  # ns; file times can be this much behind the clock
 _PATIENCE = 20  # maximum number of checks while files keep changing
 
 
@@ -36,7 +36,7 @@ class WatchedFiles:
             before = after
 
     def read(self, used: Callable[[], object]) -> None:
-        """Call ``used``, and record the version of each file that the call reads or looks for."""
+        """Call ``used``, and record the version of each file that it reads or looks for."""
         begun = time.time_ns() - _CLOCK_STEP
         with recording() as paths:
             used()

@@ -16,18 +16,18 @@ from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
 LIGHTEST = 1.0  # kg/m^3: air has 1.2, usable aerogels more than 3
-LIGHTEST_INERTIA = 0.05  # kg/m^3: the SDF default (1 kg, moments of 1 kg*m^2) has 0.06
+LIGHTEST_INERTIA = 0.05  # kg/m^3: the SDF default (1 kg, moments of 1 kg*m^2) gives 0.06
 FOAM = 25.0  # kg/m^3: a density in g/cm^3 is below this; cork has 240, foam 20 to 200
-ROUGHLY = 1.5  # tolerance for rounded sizes, and boxes that omit a flange
-ROUGH_INERTIA = 2.0  # tolerance for moments with one digit; their error counts to the third power
-LESS_THAN_SEEN = 10.0  # a collision shape may be smaller than the mesh of a link: a sphere under a foot
+ROUGHLY = 1.5  # factor that allows for rounded sizes and for boxes that omit a flange
+ROUGH_INERTIA = 2.0  # as ROUGHLY, for moments with one digit; their error counts to the third power
+LESS_THAN_SEEN = 10.0  # factor: a collision shape may be smaller than the link, such as a sphere under a foot
 NO_SHAPE = 0.005  # m: a collision shape as small as this in a link with meshes is a placeholder
 NO_MASS = 0.001  # kg: a common placeholder for engines that need a mass
-BEYOND = 2.0  # tolerance for rough shapes: a radius of gyration is at most the distance to the farthest point
-OUTSIDE = 0.7  # of the diagonal of the shapes: even a counterweight without a shape is nearer than that
-FLATTEST = 0.01  # a flatter body may have an inertia that was printed with too few digits
-ROUNDING = 1e-9  # relative to the largest moment: of numbers in the description, and of eigenvalues
-# If a larger share of the moving links lacks mass or collision, that is intended.
+BEYOND = 2.0  # factor for rough shapes: a radius of gyration is at most the distance to the farthest point
+OUTSIDE = 0.7  # fraction of the diagonal of the shapes: even a counterweight without a shape is nearer
+FLATTEST = 0.01  # ratio: for a flatter body, the inertia may have been printed with too few digits
+ROUNDING = 1e-9  # relative to the largest moment: rounding of the description and of eigenvalues
+# If a larger share of the moving links lacks mass or collision shapes, the omission is intended.
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
@@ -69,7 +69,7 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
         if inertial.mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
             bounds = visual.join(collision) if visual and collision else visual or collision
-            # If sizes of meshes are unknown, the box covers only a part of the link.
+            # Without the sizes of meshes, the bounding box covers only a part of the link.
             has_all = bounds and (not visual) == (not link.visual) and (not collision) == (not link.collision)
             whole = bounds if has_all else None
             found = list(_mass(case, link, inertial.mass, bounds, whole is not None)) if bounds else []
@@ -83,7 +83,7 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
         return
     density = mass / volume
     if density <= DENSEST * ROUGHLY * (1.0 if complete else LESS_THAN_SEEN):
-        # A tilted plate fills only a small part of its box.
+        # The bounding box of a tilted plate is mostly empty, so use the volumes of the shapes.
         shapes = ([one for one in own if not isinstance(one.geometry, Mesh)] for own in (link.visual, link.collision))
         if density >= LIGHTEST or mass >= LIGHTEST * max(math.fsum(one.volume for one in own) for own in shapes):
             return
@@ -133,7 +133,7 @@ def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> It
 
 
 def _shape(case: Case, link: Link) -> Path:
-    """Return the path of the size of the first shape in a link that is not a mesh."""
+    """Return the path to the size of a link's first shape that is not a mesh."""
     shapes = sorted(case.shapes(link), key=lambda one: one[1][-2] == "visual")
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
 

@@ -1,4 +1,4 @@
-"""The input of the rules: a robot and the paths of its values in the description, and a method to report problems."""
+"""The input of the rules: a robot, the description that it was built from, and methods to report problems."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot, the tree that it was built from, and paths in the tree (of joints, links, ...) by kind and name.
+    """A robot, the YAML tree that it was built from, and the paths of joints, links, etc. in the tree by kind and name.
 
-    ``remarkable`` are the values that the rules about single values examine (see ``magnitudes.collect``), ``formats``
-    the formats of outputs, ``scope`` the names in expressions, or None if unknown. ``wanted`` are the names of the
+    ``remarkable`` are the suspicious values of the tree (see ``magnitudes.collect``), ``formats`` the output formats by
+    name, ``scope`` the variables that expressions can use, or None if unknown. ``wanted`` are the names of the
     requested outputs; if it is empty, all are requested.
     """
 
@@ -42,7 +42,7 @@ class Case:
     wanted: Collection[str] = ()
 
     def feeding(self, publisher: str) -> list[Output]:
-        """Return the outputs in formats that a kind of publisher reads."""
+        """Return the outputs that a kind of publisher, such as robot_state_publisher, reads."""
         return feeding(self.robot, publisher, self.formats)
 
     @cached_property
@@ -51,27 +51,27 @@ class Case:
         return SymbolTable(self.tree)
 
     def mentions(self, *kinds: str) -> Iterator[Symbol]:
-        """Yield the references to names of some kinds, except names that are local to a section (``own_names``)."""
+        """Yield all references to names of these kinds ("link", ...), except names that are local to a section."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
         for reference in self.symbols.references(kinds):
             if reference.name not in own.get(str(reference.path[0]), {}).get(reference.kind, ()):
                 yield reference
 
     def section(self, name: str) -> Mapping[str, Any]:
-        """Return the entries of a section by name, or an empty mapping without the section."""
+        """Return the entries of a section by name, or an empty mapping if the description lacks the section."""
         entries: Mapping[str, Any] = self.tree.get(name) or {}
         return entries
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
-        """Return the path of a joint, or of a value in it; for the joint of a sensor, the path of the sensor."""
+        """Return the path of a joint or, with ``rest``, of a value in it; a sensor's joint has the sensor's path."""
         return (*(self.places.get(("joint", joint.name)) or ("joints", joint.name)), *rest)
 
     def link(self, name: str, *rest: str | int) -> Path:
-        """Return the path of a link, or of a value in it."""
+        """Return the path of a link or, with ``rest``, of a value in the link."""
         return (*(self.places.get(("link", name)) or ("links", name)), *rest)
 
     def shapes(self, *links: Link) -> Iterator[tuple[Link, Path, Shape]]:
-        """Yield the visual and collision shapes of some links, by default all, with the link and the path of each."""
+        """Yield (link, path, shape) for each visual and collision shape of these links, by default of all links."""
         for link in links or self.robot.links:
             for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
                 for index, shape in enumerate(shapes):
@@ -87,9 +87,9 @@ class Case:
         return (*path, "parent" if which == "parent" else "frame")
 
     def edge(self, index: int, key: str) -> Path:
-        """Return the path of a value of an edge: its ``parent``, ``child``, ``publisher`` or ``when``.
+        """Return the path of a key of an edge: ``parent``, ``child``, ``publisher`` or ``when``.
 
-        For an edge in a joint's list of publishers, that is the entry in the list, or its condition.
+        An edge that comes from a joint's list of publishers has the path of that list entry, or of its ``when``.
         """
         turn = self.places.get(("edge", str(index)))
         if turn is None:
@@ -103,7 +103,7 @@ class Case:
         return (*mount, "publisher") if exists(self.tree, (*mount, "publisher")) else path
 
     def value(self, path: Path, *keys: str | int) -> Path:
-        """Return the path of a value in an entry, or the path of the entry if it lacks the value."""
+        """Return the path of a value in the entry at ``path``, or ``path`` itself if the entry lacks the value."""
         return (*path, *keys) if exists(self.tree, (*path, *keys)) else path
 
     def problem(
@@ -118,11 +118,11 @@ class Case:
         key: bool = False,
         within: bool = False,
     ) -> Diagnostic:
-        """Return a diagnostic at the value of a path, with ``key`` at its key, or at the entry that lacks the path.
+        """Return a diagnostic at the value with this path, or at the nearest enclosing entry if there is no such value.
 
-        A value from ``let``, or an argument of a part, is reported where it is defined; its uses are related places.
-        ``within`` is for a problem in a mapping, which is reported at the key or where the mapping is defined.
-        Severity and help default to those of the rule.
+        ``key`` reports it at the key instead of the value, ``within`` at the key or definition of a mapping. A value
+        from ``let`` or from an argument of a part is reported where it is defined, with its uses as related places.
+        The default severity and help are those of the rule.
         """
         known = find_declared(rule)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
@@ -132,13 +132,13 @@ class Case:
         return replace(made, of=names_at(self.tree, path))
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
-        """Return a related place: a value, or with ``key`` and for a mapping its key."""
+        """Return a related place: the value at ``path``, or its key for a mapping or with ``key``."""
         return Related(message, self._place(path, key or isinstance(value_at(self.tree, path), Map)))
 
     def unknown(self, rule: str, message: str, uses: Sequence[Symbol], help: Help) -> Iterator[Diagnostic]:
-        """Yield a problem at the first use of an unknown name, with the other uses as related places.
+        """Yield a problem at the first reference to an unknown name, with the other references as related places.
 
-        Uses of one part have the same place in its file: each of these is reported.
+        If a part is used several times, references in its file share one position, and each is reported.
         """
         spans = [self._place(use.path, use.key) for use in uses]
         others = {span: use.what for use, span in zip(uses, spans, strict=True) if span != spans[0]}
@@ -153,11 +153,11 @@ class Case:
 
     @property
     def suggest(self) -> Callable[..., Suggestion]:
-        """The function ``suggest_name``, which suggests a fix for an unknown name, for the tree of this robot."""
+        """The function that suggests a fix for an unknown name in this description (see ``suggest_name``)."""
         return partial(suggest_name, self.tree)
 
     def stands_in(self, path: Path) -> str:
-        """Return " (a stand-in)" if the nearest ``source`` marks a value as a stand-in, else an empty text."""
+        """Return " (a stand-in)" if the nearest ``source`` marks the value as a stand-in, else an empty string."""
         nodes = [value_at(self.tree, path[:depth]) for depth in range(follow(self.tree, path) + 1)]
         sources = [node.get("source") for node in nodes if isinstance(node, Map)]
         status = [source.get("status") for source in sources if isinstance(source, Map)]
@@ -165,15 +165,15 @@ class Case:
 
 
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
-    """Return the outputs in formats that a kind of publisher reads."""
+    """Return the outputs that a kind of publisher, such as robot_state_publisher, reads."""
     known = [(output, formats[output.backend]) for output in robot.outputs if output.backend in formats]
     return [output for output, format in known if publisher in format.feeds and not format.is_withheld(output)]
 
 
 def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Output | None:
-    """Return the first output that a kind of publisher reads, by its format or by the ending of its file name.
+    """Return the first output that a kind of publisher reads, judged by its format or its file name extension.
 
-    The ending matters because a user's template may write a URDF for robot_state_publisher.
+    The extension matters because a user's template may write a URDF for robot_state_publisher.
     """
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []
@@ -195,6 +195,6 @@ def report(
     related: Iterable[Related] = (),
     severity: str = "",
 ) -> Diagnostic:
-    """Return a diagnostic without a path in a description; severity and help default to those of the rule."""
+    """Return a diagnostic that has no path in a description. The default severity and help are those of the rule."""
     known = find_declared(rule)
     return diagnostic(rule, severity or known.severity, message, span, help or known.hint, related)

@@ -15,11 +15,11 @@ from .case import Case, number
 from .joints import lies_across
 from .shapes import holds
 
-PARALLEL = math.cos(math.radians(30))  # an axis within 30 degrees of a direction is meant to be along it
+PARALLEL = math.cos(math.radians(30))  # cosine: an axis within 30 degrees of a direction counts as parallel to it
 RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is a mistake, such as a diameter
-UNEVEN = 0.001  # m
+UNEVEN = 0.001  # m: wheels whose heights differ by more are not on one floor
 LEAST = 1e-4  # m: the smallest distance between wheels in different positions
-# Pairs of wheels of which the first must be farther along x or y, according to their names.
+# Pairs of wheels whose names imply that the first wheel is farther along x (or y).
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (
@@ -61,7 +61,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _sound(case: Case) -> Drive | None:
-    """Return the drive if its joints exist and rotate, and positions can be computed (one tree), else None."""
+    """Return the drive, or None if one of its joints is missing or does not rotate, or if the robot is not a tree."""
     drive, robot = case.robot.drive, case.robot
     if drive is None or not (robot.is_tree and robot.mimics_resolve and (drive.frame or robot.root) in robot.link):
         return None

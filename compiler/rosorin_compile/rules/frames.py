@@ -35,7 +35,7 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
             who = "odometry or localisation (REP 105)"
             message = f'"{frame}" is a frame of the robot, but its transform comes from {who}'
             problem = case.problem("owns-world-frame", message, at, key=frame in robot.link and at[0] == "links")
-            # ``accept`` needs a link of that name.
+            # ``accept`` can suppress this only for the name of a link.
             yield problem if frame in robot.link else replace(problem, of=())
 
 
@@ -49,7 +49,7 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
             steps.append((edge.parent, edge.child, edge.pose, ("edges", index)))
     for parent, child, pose, path in steps:
         is_image = child in declared or child.endswith(SUFFIXES)
-        if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # another rule reports degrees
+        if not is_image or any(abs(angle) > FULL_TURN for angle in pose.rpy):  # another rule reports angles in degrees
             continue
         is_pair = parent in declared or parent.endswith(SUFFIXES)
         off = pose.transform().angle_to(Transform() if is_pair else OPTICAL)
@@ -74,10 +74,10 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
-AT_ONCE = 0.05  # m; a shape this close blocks the sensor: no housing has a deeper hood
-NEARLY_ALL = 0.9  # of the rays; the others may pass an edge
-ON_A_FACE = 1e-4  # m; a sensor on a face is not inside, even with rounded poses
-# How many rays of a layer, layers, and rays along each side of an image are examined; more give the same result.
+AT_ONCE = 0.05  # m; a shape this close blocks the sensor, because no sensor hood is deeper
+NEARLY_ALL = 0.9  # fraction of the rays that must be blocked; a few may pass an edge of the shape
+ON_A_FACE = 1e-4  # m; tolerance for rounded poses: a sensor on the face of a shape is not inside it
+# Numbers of rays per layer, of layers, and of rays along each side of an image; larger ones give the same result.
 RAYS, LAYERS, ALONG = 72, 9, 5
 
 
@@ -113,7 +113,7 @@ def sight(case: Case) -> Iterator[Diagnostic]:
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:
-    """Return the housing of a sensor: links that carry nothing else, and links below its frame (or a root alone)."""
+    """Return the links of a sensor's housing: its frame, all links below, and links that carry only the sensor."""
     found = {frame, *(robot.subtree(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
@@ -129,7 +129,7 @@ def _housing(robot: Robot, frame: str) -> set[str]:
 def _ends(
     view: Data, places: Mapping[str, Transform], shapes: Iterable[tuple[Link, Path, Shape]]
 ) -> Iterator[tuple[float, Path] | None]:
-    """Yield the distance (m) and the shape that each ray of a view hits, or None if it misses the robot."""
+    """Yield (distance in m, path of the shape that is hit) for each ray of a view, or None for a ray without a hit."""
     eye, near = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform()), []
     for link, path, shape in shapes:
         for solid in shape.solids(MERGED):
@@ -147,7 +147,7 @@ def _ends(
 
 
 def _directions(view: Data) -> list[Vector]:
-    """Return the directions of rays in the axes of the view: around z for a fan, along z for an image."""
+    """Return a unit vector for each ray, in the frame of the view: a fan is around z, an image looks along z."""
     if view["kind"] == "frustum":
         wide, tall = math.tan(view["hfov"] / 2), math.tan(view["vfov"] / 2)
         steps = [2 * index / (ALONG - 1) - 1 for index in range(ALONG)]

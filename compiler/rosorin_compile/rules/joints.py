@@ -17,15 +17,15 @@ from rosorin_compile.source.wording import first_of, phrase, quote
 
 from .case import Case, number
 
-AXIS_TOLERANCE = 1e-3  # the length of an axis that is printed to five digits differs from 1 by about 1e-5
+AXIS_TOLERANCE = 1e-3  # an axis that is printed with five digits has a length of 1 within about 1e-5
 ZERO_AXIS = 1e-9
 DEFAULT_AXIS = (1.0, 0.0, 0.0)
 ALONG = 0.9  # cosine: an axle within 25 degrees of a joint axis counts as parallel
 SHOWN = 8
-ROUNDING = 1e-6  # relative difference of two numbers in an imported file that mean the same
+ROUNDING = 1e-6  # relative difference up to which two numbers in an imported file count as equal
 _SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")
 _WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball": _SEVERAL, "planar": ("actuator",)}
-# REP 105: world frames, which localisation publishes and descriptions do not define.
+# World frames (REP 105): localisation publishes them, and a description must not define them.
 WORLD_FRAMES = ("earth", "map", "odom")
 MAX_NAMED = 20
 _WITH_UNITS = ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller")
@@ -40,7 +40,7 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
     for parent, child in pairs:
         first, second = piece_of.setdefault(parent, {parent}), piece_of.setdefault(child, {child})
         if first is not second:
-            if len(first) < len(second):  # add the smaller to the larger, to avoid quadratic time
+            if len(first) < len(second):  # merge the smaller set into the larger one, to avoid quadratic time
                 first, second = second, first
             first |= second
             piece_of.update(dict.fromkeys(second, first))
@@ -48,7 +48,7 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
 
 
 def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
-    """Yield each cycle in a mapping from names to names."""
+    """Yield the names of each cycle in a mapping from names to their parents."""
     done: set[str] = set()
     for start in above:
         chain, here = list[str](), start
@@ -107,9 +107,9 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
 
 
 def _orphans(case: Case) -> list[str]:
-    """Return the links without a parent that a link with two parents explains: a bare link, or two roots.
+    """Return the links that lack a parent because a joint names the wrong child, which now has two parents.
 
-    If more than one child is wrong, each link is reported separately.
+    If several children are wrong, the links are reported separately, and the result is empty.
     """
     robot = case.robot
     doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
@@ -274,7 +274,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     """Report negative values that simulations and servos require to be positive."""
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
-            continue  # the part computes the other values from this one
+            continue  # a part computes further values from this one, which would be negative, too
         numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in _POSITIVE]
         numbers.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
         pair = _numbers(joint, "springdamper")
@@ -330,7 +330,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
-    """Yield the keys of ``mjcf`` that contradict other keys, with the path of the other keys."""
+    """Yield (key of ``mjcf``, path of the key that it contradicts) for each contradiction in a joint."""
     force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
     owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
     stiffness = (joint.dynamics or Dynamics()).stiffness
@@ -338,7 +338,7 @@ def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
         values, other = _numbers(joint, word), (part, word)
         if value and values and not _same(values[0], value):
             yield word, other
-        if value and pair and min(pair) > 0:  # MuJoCo computes another value from springdamper
+        if value and pair and min(pair) > 0:  # MuJoCo computes these from springdamper
             yield "springdamper", other
     limit = joint.limit if joint.moves and joint.limit else Limit()
     ends = (limit.lower, limit.upper) if joint.type != "continuous" else (None, None)

@@ -18,7 +18,7 @@ from .case import Case, number
 
 # A little more than one turn, so that 6.2832 counts as 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad
-# A larger rotation would usually be written in the other direction, except fractions of a circle.
+# Rotations beyond a half turn are usually written in the other direction, unless they divide a circle evenly.
 HALF_TURN = math.pi + 1e-2  # rad
 # No distance within a robot is this large in metres, but in millimetres it is common.
 FAR = 20.0  # m
@@ -27,28 +27,28 @@ FAR = 20.0  # m
 FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
 # https://www.w3.org/TR/xml/#charsets
 NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
-# Actuators that take a position as control, if their gear is 1.
+# Types of actuators whose command is a joint position (if the gear is 1).
 _OF_POSITIONS = ("position", "intvelocity", "pid")
 _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-# Suspicious values with their paths, by reason, in the order of the tree.
+# Suspicious values as (path, value) by reason, in the order of the tree.
 Remarkable = Mapping[str, list[tuple[Path, Any]]]
 
 
 def collect(tree: Map) -> Remarkable:
-    """Return the suspicious values of a tree; shared subtrees without any are visited once.
+    """Return the suspicious values of a YAML tree by reason.
 
-    "numbers" are numbers without a unit beyond a full turn, except efforts and velocities in joint limits; "degrees"
-    are quantities in degrees with decimals; "characters" are texts and keys (the last step of their path) with
-    characters that XML does not allow; "stand_ins" are mappings whose source marks them as stand-ins.
+    Reasons: "numbers" (without a unit and larger than a full turn; not efforts and velocities in joint limits),
+    "degrees" (quantities in degrees with decimals), "characters" (strings and keys with characters that XML does not
+    allow; the path of a key ends with the key), "stand_ins" (mappings whose ``source`` marks them as stand-ins).
     """
     found: Remarkable = {key: [] for key in ("numbers", "degrees", "characters", "stand_ins")}
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
-        """Return True if the subtree has no suspicious value."""
+        """Collect the values of a subtree and return True if none is suspicious, so that it is visited only once."""
         before = sum(map(len, found.values()))
         source = node.get("source") if isinstance(node, Map) else None
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
@@ -94,14 +94,14 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
 
 
 def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units: str, **more: Any) -> Diagnostic:
-    """Return the diagnostic for a number in a wrong unit; ``units`` names the probable and the expected unit."""
+    """Return the diagnostic for a number that is probably in a wrong unit; ``units`` names that and the right unit."""
     probable, unit = units.split()
     meant = "millimetres" if probable == "mm" else "degrees"
     help = f'write "{number(value)} {probable}" if {meant} are meant, "{number(value)} {unit}" if not'
     problem = case.problem(id, f"{what}, which looks like {meant}", path, help, **more)
     span = problem.span
     if span and "${" in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
-        return replace(problem, help="the value is calculated here: check the expression")  # expressions take no unit
+        return replace(problem, help="the value is calculated here: check the expression")  # an expression has no unit
     return problem
 
 
@@ -114,9 +114,9 @@ def _suspect(case: Case, path: Path, value: float) -> str:
             return ""
         drive = joint.actuator
         if path[2] == "actuator" and not (drive and drive.type in _OF_POSITIONS and drive.gear in ((), (1.0,))):
-            return ""  # neither a length nor an angle
+            return ""  # the command is neither a length nor an angle
         unit = unit[1 if joint.type == "prismatic" else 0]
-    # Edges may have the pose of the robot in a large world.
+    # The pose of an edge may be that of the robot in a large world.
     is_far = unit == "m" and path[0] != "edges" and abs(value) > FAR
     return str(unit) if unit == "rad" or is_far else ""
 
@@ -144,7 +144,7 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
         if match is None or path[:-1] in reported:
             continue
         angle, digits = abs(float(match[1])), len(match[2])
-        # An angle with two decimals may be measured, unless it is well known: 1.57, 3.14, 6.28.
+        # An angle with two decimals may be a measurement, unless it is 1.57, 3.14 or 6.28.
         step = math.pi / 2 if digits == 2 else math.pi / 4
         count = round(angle / step)
         if digits > 1 and 1 <= count <= 8 and abs(angle - count * step) <= 10.0**-digits:
@@ -172,7 +172,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
     """A text contains a character that cannot appear in an XML file."""
     reported: set[Span] = set()
     for path, text in case.remarkable["characters"]:
-        # A ``source`` at the top of a file applies to all entries: report it once.
+        # Every entry inherits the ``source`` at the top of a file: report it once.
         key, span = path[-1] == text, written_place(case.tree, path)[0].span
         if (match := NOT_XML.search(text)) and (key or span not in reported):
             where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))

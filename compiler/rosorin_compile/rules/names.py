@@ -15,7 +15,7 @@ from .case import Case
 from .magnitudes import NOT_XML
 
 _WORDS = re.compile(r"[^\W\d_]+")
-# Common words in names of robots, files and packages; swapping two letters of one never gives another.
+# Common words in names of robots, files and packages; no two of them differ only by two swapped letters.
 _USUAL_WORDS = """
 amcl back base broadcaster calf camera caster chassis color components contact control controller controllers depth
 drive driver effector elbow finger fixed flange floating foot footprint force forearm frame frames front GenericSystem
@@ -27,7 +27,7 @@ _USUAL, _ENDINGS = frozenset(_USUAL_WORDS.split()), frozenset(("xml", "sdf", "sv
 
 
 class Name(NamedTuple):
-    """A name, the kind of entry that it names, and its path; ``key`` if the name is a key of the description."""
+    """A name, the kind of entry that has the name, and the path; ``key``: the name is a key in the description."""
 
     name: str
     kind: str
@@ -54,14 +54,14 @@ def letters(case: Case) -> Iterator[Diagnostic]:
     first: dict[tuple[str, str], Name] = {}
     for one in _names(case):
         kind = "link" if one.kind == "frame" else one.kind
-        # Imported robots have materials and outputs whose names differ only in case.
+        # In imported robots, names of materials and outputs may differ only in case.
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
         letter, strange, related = hidden_letter(one.name), foreign(one.name), []
         id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
-        if letter and NOT_XML.search(one.name):  # not allowed in XML, which another rule reports
+        if letter and NOT_XML.search(one.name):  # another rule reports characters that XML does not allow
             continue
         if letter:
-            # ``accept`` cannot name materials or robots, so in imported robots these are no errors.
+            # ``accept`` cannot suppress errors about materials or robots, so imported robots only get warnings.
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
             id, severity = "invisible-letter", WARNING if is_mild else ERROR
             message += f"contains an invisible character: {in_words(letter)}"
@@ -79,7 +79,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     """A warning: a word that occurs once in names, or a file ending, is another word with two letters swapped."""
     named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
-    for output in case.robot.outputs:  # names of files and topics are used only once
+    for output in case.robot.outputs:  # names of files and topics are not in the symbol table
         path: Path = ("outputs", output.name)
         named.append(Name(output.file, "file", (*path, "file")))
         for option, value in output.options.items():
@@ -90,7 +90,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}
     for word, number in counts.items():
-        if word not in _USUAL:  # usual words are correct
+        if word not in _USUAL:  # common words are spelt correctly
             known = _ENDINGS if len(word) < 4 else usual if number == 1 else _USUAL
             right = next((one for one in swaps(word) if one in known), None)
             slips |= {word: right} if right else {}
@@ -102,7 +102,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
             message = f'{one.kind} "{one.name}" contains "{slip[0]}", maybe a misspelling of "{slip[1]}"'
             found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
             found = move_to_name(found, Offer(one.name, fixed))
-            if found.span not in reported:  # one place in a part can define several names
+            if found.span not in reported:  # a part that is used twice defines names at one place
                 reported.add(found.span)
                 yield found
 

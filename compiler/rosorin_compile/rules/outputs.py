@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 MAX_FOLDERS = 50
-# Endings that define the language of a file, and further endings that are valid for files with some of them.
+# File name extensions that identify the language of a file, and alternatives that are valid for some of them.
 _ENDINGS = {".json", ".svg", ".csv", ".toml", ".pdf", ".png", ".py", ".md", ".yaml", ".yml", ".html", ".htm"}
 _ENDINGS |= {".xml", ".urdf", ".xacro", ".sdf"}
 _ALSO = {".json": (".yaml", ".yml"), ".yaml": (".yml",), ".html": (".htm",), ".urdf": (".xml", ".xacro")}
@@ -55,7 +55,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
             message, help = f'output "{output.name}" has no key "{option}"', suggest("backend")
             return case.problem("unknown-key", message, (*path, option), help, key=True)
     formats = [format for format in case.formats.values() if format.write is not None]
-    is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is also its format
+    is_name = not exists(case.tree, (*path, "backend"))  # without ``backend``, the output is named after its format
     endings = (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold())
     named = [format.name for ending in endings for format in formats if ending in _endings(format)]
     known = f"known: {', '.join(sorted(format.name for format in formats))}; an artifact of your own needs a template"
@@ -71,7 +71,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
 
 
 def _endings(format: "Format") -> list[str]:
-    """Return the file name suffixes of a format, the usual one first."""
+    """Return the file name extensions of a format, the default one first."""
     return [ending for ending in (posixpath.splitext(format.file)[1], *format.endings) if ending]
 
 
@@ -115,7 +115,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
 
 
 def _outside(file: str) -> str:
-    """Return why a file name is not valid in the outputs folder, or an empty text if it is."""
+    """Return the reason why a file name is not valid in the outputs folder, or an empty string if it is valid."""
     parts = file.split("/")
     reasons = {
         "has an absolute path": file.startswith("/") or _DRIVE.match(file),

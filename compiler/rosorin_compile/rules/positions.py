@@ -18,12 +18,12 @@ from .joints import circles
 
 # rad or m: positions computed from pulses may exceed printed limits by rounding.
 ROUNDING = 1e-6
-# A mimic ratio only approximates a linkage: the leader may exceed the follower's limits by this share of its range.
+# A mimic ratio only approximates a linkage, so the follower may exceed its limits by this fraction of their range.
 SLACK = 0.05
 SHOWN = 8
-# rad. A servo pulse is typically a hundredth of that; larger pulses exist only with gears.
+# rad per pulse. Servos typically turn a hundredth of that; only geared servos turn more.
 COARSE = 0.1
-# The range of a servo may differ from that of its joint because of an unspecified gear, but not by this factor.
+# An unspecified gear may make the ranges of a servo and its joint differ, but not by this factor.
 OTHER_RANGE = 20.0
 SEVERAL_TURNS = 4 * math.pi
 _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
@@ -59,7 +59,7 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
-    """Yield the values that joint limits bound: the rule that checks them, the path, the joint and the value."""
+    """Yield (rule id, path, joint name, value) for each value that must be within the limits of a joint."""
     if node is None:
         return
     if node.within and isinstance(value, (int, float, Map)):
@@ -77,7 +77,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
     if id in ("pose-beyond-limit", "mimic-beyond-limit") and joint.limit and joint.type != "continuous":
-        lower, upper = joint.limit.lower, joint.limit.upper  # including stand-ins
+        lower, upper = joint.limit.lower, joint.limit.upper  # stand-in limits count, too
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
@@ -105,7 +105,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:
-    """Return the limits of a joint, or None if it has none or they are invalid."""
+    """Return the (lower, upper) limit of a joint, or None if a limit is missing or invalid."""
     limit = joint.limit
     if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
         return None
@@ -146,7 +146,7 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
             elif joint is not None and joint.moves and joint.mimic is not None:
                 message = f'pose "{pose.name}" sets joint "{name}", but that joint mimics "{joint.mimic.joint}"'
                 yield case.problem("ignored-key", message, path, f'set joint "{joint.mimic.joint}" instead', key=True)
-        # MoveIt uses ``base`` for its virtual joint
+        # with MoveIt, ``base`` is valid: it sets the virtual joint
         if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
             message = f'pose "{pose.name}" sets the pose of the base, but the base is fixed in every output'
             path, help = ("poses", pose.name, "base"), 'write "base: free" in the output'

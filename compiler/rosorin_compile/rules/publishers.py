@@ -1,4 +1,4 @@
-"""Rules about publishers: in every mode, one node publishes each frame, and joints and edges form one tree."""
+"""Rules about publishers: in every mode, one node publishes each transform, and all transforms form one tree."""
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -55,7 +55,7 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
             found = case.problem("unknown-mode", f'there is no mode "{unknown}"', path, help)
         if found.span is None or found.span.length < len(when):
             return found
-        # The column is relative to the stripped expression; the place of the value in the file includes its quotes.
+        # The column is relative to the stripped expression, but the position in the file includes spaces and quotes.
         start = len(when) - len(when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
         return replace(found, span=found.span._replace(column=found.span.column + start, length=len(unknown) or 1))
     if any(results) and all(isinstance(result, bool) for result in results):
@@ -70,25 +70,25 @@ def holds(when: str, combination: Combination) -> bool:
 
 
 def modes_in(robot: Robot, whens: Iterable[str]) -> list[str]:
-    """Return the modes in some conditions, in the order of the description."""
+    """Return the modes that the conditions mention, in the order of the description."""
     named = {name for when in whens for name in _NAME.findall(when)}
     return [mode for mode in robot.modes if mode in named]
 
 
 def combinations(modes: list[str]) -> Iterator[Combination]:
-    """Yield every combination of modes that are on or off."""
+    """Yield every combination of these modes, as a mapping from each mode to True (on) or False (off)."""
     for states in product((False, True), repeat=len(modes)):
         yield dict(zip(modes, states, strict=True))
 
 
 def in_words(combination: Combination) -> str:
-    """Return a combination as the end of a sentence, such as ' when "slam" is off'; empty without modes."""
+    """Return a combination as the end of a sentence, such as ' when "slam" is off', or "" without modes."""
     states = [f'"{mode}" is {"on" if on else "off"}' for mode, on in combination.items()]
     return f" when {' and '.join(states)}" if states else ""
 
 
 def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
-    """Return ``modes`` unchanged, after checking that the robot has them. Raises UnknownName."""
+    """Return ``modes`` unchanged if the robot has all of them. Raises UnknownName otherwise."""
     for name in modes:
         if name not in robot.modes:
             raise UnknownName("mode", name, robot.modes, robot.name, "it has none")
@@ -96,10 +96,10 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
 
 
 class Step(NamedTuple):
-    """A transform: a joint, an edge, or a turn, which is an entry in a joint's list of publishers.
+    """A transform parent -> child: from a joint, from an entry of ``edges``, or from a joint's list of publishers.
 
-    ``edge`` is the index of an edge or turn, None for a joint. ``joint`` is empty for an edge. ``path`` is the path of
-    the name of the parent.
+    ``joint`` is "" for an entry of ``edges``. ``edge`` is the index in ``Robot.edges``, or None for a joint. ``when``
+    is the condition on modes ("" for always), ``path`` the path of the parent's name in the description.
     """
 
     parent: str
@@ -112,19 +112,19 @@ class Step(NamedTuple):
 
     @property
     def is_silent(self) -> bool:
-        """Whether it is a joint or turn without a publisher."""
+        """Whether this is the transform of a joint that no node publishes, always or under the condition ``when``."""
         return self.publisher.kind == UNPUBLISHED and self.joint != ""
 
     @property
     def owner(self) -> str:
-        """The publisher in words."""
+        """The name of the publisher for a message."""
         static = f'static_transform_publisher "{self.publisher.name}"'
         name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or '"none"'
         return f'{name} (joint "{self.joint}")' if self.joint else name
 
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
-    """Return the transforms of joints, then of edges and turns; with ``legal`` only with valid conditions."""
+    """Return the transforms of all joints, then those in ``Robot.edges``; ``legal`` omits invalid conditions."""
     joints = case.robot.joints
     steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
     for index, one in enumerate(case.robot.edges):
@@ -135,22 +135,22 @@ def all_steps(case: Case, legal: bool = True) -> list[Step]:
 
 
 def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
-    """Return the transforms with a publisher, and the turns of joints without one."""
+    """Return the published transforms, and the transforms of joints that no node publishes under some condition."""
     steps = all_steps(case)
     silent = [step for step in steps if step.is_silent and step.edge is not None]
     return [step for step in steps if not step.is_silent], silent
 
 
 def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
-    """Return the transforms that are published in a combination of modes."""
+    """Return the transforms whose condition holds in a combination of modes."""
     return [step for step in published if holds(step.when, combination)]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the transforms to each frame that is the child of an edge, joints first.
+    """Return the transforms to each child frame in ``Robot.edges``, those of joints first.
 
-    Any other frame is the child of a joint only, so its publisher is unique. For a link with two parents, only the
-    first counts, because another rule reports that. Edges with an invalid condition are left out.
+    Any other frame is only the child of a joint, so its publisher is unique. If a link has two parent joints, only the
+    first counts, because another rule reports the second. Edges with an invalid condition are left out.
     """
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
@@ -171,7 +171,7 @@ def _place(case: Case, step: Step) -> Path:
 
 
 def _turn_of_urdf(case: Case, joint: Joint) -> Path:
-    """Return the path of robot_state_publisher in a joint's list of publishers, or () without such a list."""
+    """Return the path of robot_state_publisher in a joint's list of publishers, or () if it is not in such a list."""
     path = case.publisher(joint)
     turns = value_at(case.tree, path) if path[-1] == "publisher" else None
     owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
@@ -194,7 +194,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
         for combination in combinations(modes):
             active = active_in(claims, combination)
             owners = [claim for claim in active if not claim.is_silent]
-            # An edge may publish a joint whose turn has no publisher, but not in the modes of that turn.
+            # A joint can declare modes without a publisher (``none``); in these, no edge may publish it.
             silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
             if len(owners) > 1 or silent:
                 *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
@@ -230,7 +230,7 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
 
 
 def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
-    """Return the joints that a static_transform_publisher publishes, always or in a turn, and the path of its name."""
+    """Return (joint, publisher, path) for each static_transform_publisher of a joint, including those with ``when``."""
     joints = case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
     found = [(joint, joint.publisher, case.publisher(joint)) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
@@ -335,7 +335,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges and joints form a cycle in some combination of modes."""
     steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
-    while len(steps) != count:  # leave out what is in no cycle: transforms from a root or to a leaf
+    while len(steps) != count:  # drop transforms that cannot be in a cycle: from a root or to a leaf
         parents, children, count = {step.parent for step in steps}, {step.child for step in steps}, len(steps)
         steps = [step for step in steps if step.parent in children and step.child in parents]
     modes = modes_in(case.robot, [step.when for step in steps])
@@ -374,14 +374,14 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     """A warning: frames are published, but no node publishes a joint above them, always or in some mode."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
         return
-    # Include edges with an invalid condition, so that consequences of that mistake are not reported.
+    # Include edges with an invalid condition: that error is already reported.
     published = [step for step in all_steps(case, legal=False) if not step.is_silent]
     links, reached = set(case.robot.link), {step.child for step in published}
     parts = _pieces_with(published, links)
     main = max(parts, key=lambda piece: len(piece & links), default=set())
     for piece in (piece for piece in parts if piece != main):
         first = next((step for step in published if step.parent in piece and step.parent not in reached), None)
-        if first is None:  # a cycle, which another rule reports
+        if first is None:  # all are in a cycle, which another rule reports
             continue
         if first.parent not in links:
             help = case.suggest(first.path, first.parent, {*links, *reached}, "name a frame")
@@ -412,14 +412,14 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     for combination in combinations(modes):
         active = active_in(published, combination)
         reached = {step.child for step in active}
-        # A gap is a frame that is published only in other modes, which another rule reports if no turn allows it.
+        # Frames that are published only in other modes, although their joints do not declare that (``none``).
         gaps = claimed - {step.child for step in active_in(silent, combination)}
         parts = _pieces_with(active, links)
         for whole in _pieces_with(published, links):
             inside = sorted((piece for piece in parts if piece <= whole), key=lambda piece: -len(piece & links))
             for piece in inside[1:]:
                 tops = piece - reached
-                if tops and not tops & gaps:  # without a top it is a cycle
+                if tops and not tops & gaps:  # a piece without a root is a cycle
                     across = (step for step in published if (step.parent in piece) != (step.child in piece))
                     lost = next(step for step in across if step not in active)
                     yield _cut_off(case, piece, in_words(combination), lost.path)
@@ -434,7 +434,7 @@ def _cut_off(case: Case, piece: set[str], why: str, path: Path) -> Diagnostic:
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
 def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
     """Messages are stamped with a frame that does not exist; a warning if it is missing only in some mode."""
-    robot, stamps = case.robot, list[tuple[str, str, Path]]()  # the frame, its user, and the path
+    robot, stamps = case.robot, list[tuple[str, str, Path]]()  # (frame, publisher of the messages, path)
     for sensor in case.robot.sensors:
         place: Path = ("sensors", sensor.name)
         declared = exists(case.tree, (*place, "stamps"))
@@ -458,7 +458,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             steps = [step for step in published if frame in (step.parent, step.child)]
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
             if any(step.child == frame for step in steps):
-                # Another rule reports frames without a publisher in a mode, unless a turn says so.
+                # Another rule reports modes without a publisher, unless the joint declares them (``none``).
                 turns = [step for step in silent if step.child == frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:

@@ -20,20 +20,20 @@ from rosorin_compile.source.wording import phrase, quote, suggest
 from .case import Case, number
 from .joints import pieces
 
-# Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in other units; none of the units of CAD
-# programs is 100 m or a hundredth of a millimetre.
+# Meshes are in metres, millimetres (scale 0.001), inches (0.0254) or, seldom, other units of CAD programs. All of these
+# units are smaller than 100 m and larger than a hundredth of a millimetre.
 LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
 UNEVEN = 100.0  # ratio of scales along two axes; even a unit cube that is scaled to a table top has only 30
-# Ratio of a length to the diagonal of the rest of the robot; millimetres instead of metres give 1000.
+# Ratios of a length to the diagonal of the rest of the robot; millimetres instead of metres give 1000.
 OUT_OF_PROPORTION, SEVERAL_OUT_OF_PROPORTION = 10.0, 15.0
-LARGE = 2.0  # m; a shorter length is no mistake, such as a plate on a small joint
+LARGE = 2.0  # m; shorter lengths are not reported: they may be a plate on a small joint
 TINY = 0.005  # m; the smallest robots measure centimetres
-ELSEWHERE = 0.25  # of the larger diagonal: even rough collision shapes are this close to the visual shapes
-ENVELOPE = 4  # links inside one shape: it is a keep-out box, such as around a hand
+ELSEWHERE = 0.25  # fraction of the larger diagonal: even rough collision shapes are this close to the visual ones
+ENVELOPE = 4  # a shape that contains this many links is a keep-out box, such as around a hand
 _SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
 _TURNS = [math.pi / 4 * step for step in range(8)]
 _CLEARANCE = 1e-9  # m; equal shapes in the same place are not inside each other
-BRIGHTEST = 1.01  # a hundredth more than 1 is rounding
+BRIGHTEST = 1.01  # colour components are at most 1; an excess of 0.01 is rounding
 MAX_RELATED = 3
 
 
@@ -70,7 +70,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
     if not robot.is_tree:
         return
     distant = [joint for joint in robot.joints if max(map(abs, joint.origin.xyz)) > LARGE]
-    # Several mistakes can hide each other: then compare with the robot without any of these distances.
+    # One wrong distance can hide another, so also compare with the robot without all of these distances.
     without_all = diagonal(robot, tuple(joint.name for joint in distant)) if len(distant) > 1 else 0.0
     for joint in distant:
         if not _is_world(robot, joint.parent):
@@ -79,7 +79,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
             what = f'joint "{joint.name}" places "{joint.child}" far away from "{joint.parent}"'
             yield from _lengths(case, what, case.joint(joint, "xyz"), joint.origin.xyz, rest)
     moved = [joint for joint in robot.joints if any(joint.origin.xyz)]
-    if len(moved) < 2:  # a single object, whose size cannot be judged
+    if len(moved) < 2:  # a single object has no rest of a robot to compare with
         return
     size = diagonal(robot)
     for link, path, shape in case.shapes():
@@ -114,7 +114,7 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
 
 @of_robot
 def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
-    """Return the diagonal (m) of the box around the frames and shapes of a robot, with joints at zero.
+    """Return the diagonal (m) of the bounding box of a robot's frames and shapes, with joints at zero.
 
     ``without`` names joints whose translations are ignored. Large shapes and shapes far from their link are ignored,
     because they may be the mistake, and so is the distance from a bare root (the world) to the robot.
@@ -147,7 +147,7 @@ def _is_world(robot: Robot, name: str) -> bool:
 
 
 def longest(shape: Shape) -> tuple[Path, float, float]:
-    """Return the path of the longest size of a shape, that side (m), and the number; zeros for a mesh."""
+    """Return (path of the size, size in m, number in the description) of a shape's longest side; zeros for a mesh."""
     geometry, kind = shape.geometry, type(shape.geometry).__name__.lower()
     sides: list[tuple[Path, float, float]] = [((), 0.0, 0.0)]
     if isinstance(geometry, Box):
@@ -170,7 +170,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         link = case.robot.link.get(joint.child)
         shapes = (*link.visual, *link.collision) if link else ()
-        # A tiny shape is a placeholder.
+        # Links with only tiny shapes, which are placeholders, may share a place.
         if all((ball := ball_of(shape)) is not None and ball.radius <= TINY for shape in shapes):
             continue
         looks = (len(link.visual) if link else 0, *((shape.geometry, shape.pose) for shape in shapes))
@@ -225,7 +225,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
 
 
 def _points(link: Link, place: Transform) -> list[Vector]:
-    """Return points on the surfaces of all shapes of a link in the root frame; none if a shape is a mesh."""
+    """Return points (m, root frame) on the surfaces of a link's shapes, or no points if a shape is a mesh."""
     points: list[Vector] = []
     for shape in link.collision or link.visual:
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
@@ -245,10 +245,10 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 
 
 def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> bool:
-    """Return True if all points, transformed by ``to_shape``, are inside a box, a sphere or a cylinder."""
+    """Return True if all points, transformed by ``to_shape``, are inside a geometry; always False for a mesh."""
     for point in points:
         x, y, z = to_shape.apply(point)
-        depth = -math.inf  # of the point; negative outside
+        depth = -math.inf  # of the point below the surface (m); negative outside
         if isinstance(geometry, Box):
             (a, b, c), (d, e, f) = geometry.lower, geometry.upper
             depth = min(x - a, d - x, y - b, e - y, z - c, f - z)
@@ -262,7 +262,7 @@ def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> 
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
-    """Yield materials of the section, then of visuals: the owner, the path, the path of the name, and the material."""
+    """Yield (owner, path, path of the name, material) for the section ``materials``, then for all visuals."""
     for one in case.robot.materials:
         yield f'the material "{one.name}"', ("materials", one.name), ("materials", one.name), one
     for link, path, shape in case.shapes():

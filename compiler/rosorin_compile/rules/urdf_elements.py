@@ -1,7 +1,7 @@
-"""Rules about raw XML elements: well-formed text, and for the URDF known names, no duplicates and the right parents.
+"""Rules about snippets of raw XML: they must be well-formed; in a URDF also names, duplicates and parents are checked.
 
-Readers ignore elements with unknown names: Gazebo keeps its default friction, a controller waits for a missing joint
-forever.
+Programs silently ignore elements with unknown names: Gazebo uses its default friction, or a controller waits forever
+for a missing joint.
 """
 
 import json
@@ -27,12 +27,12 @@ from .case import Case
 from .joints import WORLD_FRAMES
 
 _MAX_SUGGESTED = 3
-_AROUND = "urdf_elements"  # a tag that no text closes by mistake
+_AROUND = "urdf_elements"  # tag of the element that is wrapped around a snippet; no snippet closes it by mistake
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
 
 
 def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
-    """Yield each text of ``urdf_elements`` with its path."""
+    """Yield (path, XML snippet) for each item of ``urdf_elements``."""
     robot = case.robot
     for index, text in enumerate(robot.urdf_elements):
         yield case.places.get(("urdf_element", str(index)), ("urdf_elements", index)), text
@@ -44,7 +44,7 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
 
 
 def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
-    """Yield each text of ``mjcf`` and of links with its path, and whether it is a top-level section of the MJCF."""
+    """Yield (path, XML snippet, True for a top-level MJCF section) for each item of ``mjcf`` and ``mjcf_elements``."""
     for index, text in enumerate(case.robot.mjcf):
         yield ("mjcf", index), text, True
     for link in case.robot.links:
@@ -80,11 +80,11 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
-    """Move a diagnostic to a name in a line of its text, if the file contains the line literally."""
+    """Move a diagnostic to ``name`` in line ``number`` of the XML snippet, if the YAML file contains it literally."""
     if made.span is None:
         return made
     span, column = made.span, made.span.column - 1
-    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # a block scalar begins a line below
+    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # begins one line below
     line = span.line + number - (0 if is_block else 1)
     form = re.compile(rf"(?<![\w./-]){re.escape(name)}(?![\w./-])")
     found = form.search(span.source.line(line), column if line == span.line else 0)
@@ -98,15 +98,15 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
     for path, text in urdf_texts(case):
-        described = False  # the last material was defined here; children come before their <material>
+        described = False  # the next <material> has a colour or texture; children precede their parent
         for element in found_in(text):
             tags, name = element.tags, element.attributes.get("name")
             named = list(references(tags, element.attributes, element.text))
             if name and tags[0] not in REFERRING and tags[-1] in ("link", "joint", "body", "virtual_joint"):
-                own.add(name)  # a name of SDF within <gazebo>
+                own.add(name)  # an SDF element within <gazebo> defines the name
             if tags[-2:] in (("material", "color"), ("material", "texture")):
                 described = True
-            elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # <gazebo> has Gazebo's names
+            elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # in <gazebo>, materials are Gazebo's
                 materials |= {name} if described else set()
                 named.append(Reference(name, "material", "name", "the name of <material>"))
                 described = False
@@ -130,7 +130,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             message, uses = f'there is no {kind} "{name}"', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             help: Help = case.suggest(path, name, real, f"use a {kind} of the robot")
-            # Names without the prefix, as in a part.
+            # Suggest names that only have a prefix in addition, which a part adds.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
             help = suggest(*longer[:_MAX_SUGGESTED]) if longer else help
         elif kind != "material" and carried and sure and name not in inside and name in both:
@@ -162,7 +162,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
             if element.tag in ("ros2_control", "transmission"):
                 names.append((f"<{element.tag}>", element.get("name", "")))
             for child in element if element.tag == "gazebo" else ():
-                # In newer Gazebo, the name of a plug-in is its class: several are allowed if they differ.
+                # In newer Gazebo, the name of a plug-in is its class, so several different elements may have it.
                 same = [canonical(child)] if child.tag == "plugin" and "::" in child.get("name", "") else []
                 if child.tag in ("plugin", "sensor"):
                     names.append((f"<{child.tag}>", child.get("name", ""), element.get("reference", ""), *same))
@@ -173,13 +173,13 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("duplicate-xml", message, path, 'remove it, or write "gazebo: []" in the sensor')
             elif before is not path:
                 one, two = case.tree.locate(before), case.tree.locate(path)
-                is_same = one.via is not None and one.span == two.span  # the same text, from two uses of a part
+                is_same = one.via is not None and one.span == two.span  # the same snippet, because a part is used twice
                 related = [Related("the other element", one.via.span if is_same and one.via else one.span)]
                 message = f'two {what} elements of the robot have the name "{name}"'
                 yield case.problem("duplicate-xml", message, path, related=related)
 
 
-# The parents in which a URDF element is read, and its reader.
+# The parents in which a URDF element is read, and the program that reads it.
 _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
     "ros2_control": (("robot",), "ros2_control"),
     "gazebo": (("robot",), "Gazebo"),
@@ -196,9 +196,9 @@ _OF_JOINTS = {
     *("springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor", "initialJointPosition", "cfmDamping"),
     *("implicitSpringDamper", "provideFeedback", "preserveFixedJoint", "disableFixedJointLumping"),
 }
-# Elements that Gazebo reads in a <gazebo>, but that no program reads in these URDF elements.
+# Elements that Gazebo reads in a <gazebo>, and URDF elements in which no program reads them.
 _OF_GAZEBO, _OF_URDF = ("sensor", "plugin"), ("robot", "link", "joint", "visual", "collision")
-_FREE = ("plugin", "script", "shader", "meta")  # their contents are not SDF
+_FREE = ("plugin", "script", "shader", "meta")  # elements with any contents, which are not SDF
 
 
 @cache
@@ -216,7 +216,7 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
         holder = purposes[0] if purposes else {"links": "link", "joints": "joint"}.get(str(path[0]), "robot")
         elements = found_in(text)
         for index, element in enumerate(elements):
-            # Parents come after their children in the list: the outermost one has the reference.
+            # Parents follow their children in the list; only the outermost element has the attribute "reference".
             top = next(one for one in elements[index:] if len(one.tags) == 1)
             wrong = _misplaced(case, (holder, *element.tags), top.attributes.get("reference", ""))
             if wrong:
@@ -230,7 +230,7 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, Help] | None:
-    """Return the problem of an element with these parents and the fix, or None if a reader reads it there."""
+    """Return (problem, help) for the element at the end of ``tags``, or None if a program reads it in these parents."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
@@ -258,7 +258,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
-    """Report keys in a sensor's elements that are not SDF elements."""
+    """Report keys below ``elements`` of a sensor that are not SDF elements."""
     known = sdf_elements().get(parent, [])
     for name, value in elements.items() if isinstance(elements, Map) and known else ():
         if name in known:

@@ -128,7 +128,7 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return the largest distance (m) of shapes (no meshes) from an axis through the origin, up to 0.004 % too small."""
+    """Return the largest distance (m) of shapes, not meshes, from an axis through the origin (error below 0.004 %)."""
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0

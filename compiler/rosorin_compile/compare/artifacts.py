@@ -152,13 +152,13 @@ class Change(NamedTuple):
     kind: str
     name: str
     quantity: str  # empty if the named entry itself is new or removed
-    text: str  # the change in words
+    text: str  # the sentence that describes the change
     artifacts: tuple[str, ...] = ()
     therefore: tuple[str, ...] = ()  # links whose shapes or masses differ only as a consequence
     differences: tuple[Difference, ...] = ()  # the differing leaves that the change explains
 
     def words(self) -> str:
-        """Return the change in words, with its consequences."""
+        """Return the sentence that describes the change and its consequences."""
         links = ", ".join(self.therefore)
         return with_remark(self.text, f"and therefore the shapes of {links}" if links else "")
 

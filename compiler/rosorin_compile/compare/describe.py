@@ -151,7 +151,7 @@ NO_WORD = "nothing"
 
 
 class ShapeChange(NamedTuple):
-    """A change of solids in words, with the old and new solids; ``looks``: only names or colours changed."""
+    """A sentence about a change of solids, with the old and new solids; ``looks``: only names or colours changed."""
 
     text: str
     old: Sequence[Solid]

@@ -53,7 +53,7 @@ class Item:
     unit: str = ""
     distance: float | None = None  # distance between the frames, m
     angle: float | None = None  # rad
-    when: str = ""  # the joint positions of the largest difference, in words
+    when: str = ""  # the joint positions of the largest difference, as text
     at: Mapping[str, float] = field(default_factory=dict)  # joint positions (rad or m) of the largest difference
 
 

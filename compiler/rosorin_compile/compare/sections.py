@@ -49,7 +49,7 @@ _TOPICS: Mapping[str, tuple[str, str, str]] = {
 # Leaves that every format supports; leaves (with their topic) that are only compared between equal formats.
 _ALWAYS = re.compile(r"joint (type|child|axis|limit (lower|upper))?|frame (parent|origin)?|link |robot ")
 _SAME_FORMAT = {"robot modes": "mode", "material rgba": "", "material texture": ""}
-# Topics that a writer may leave out entirely, by an option or by design.
+# Topics that a writer may omit entirely, because of an option or of its format.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 _OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
 _ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare

@@ -377,7 +377,7 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
 
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Map old to new names of renamed joints; two joints are the same joint if the link below is the same."""
+    """Map old to new names of renamed joints. Two joints are the same joint if they have the same child link."""
     joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
     before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
     found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}

@@ -67,7 +67,7 @@ class Formats(Mapping[str, Format]):
         return self[artifact.backend].meshes or any(by_name)
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
-        """Return the file extensions for import or, with ``include``, for including in a description."""
+        """Return the file extensions that can be imported or, with ``include``, included in a description."""
         readable = [one for one in self.values() if one.load is not None and (one.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 

@@ -62,7 +62,7 @@ class Understood(NamedTuple):
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of a robot: its name, its arguments, the source position of its name, and its diagnostics."""
+    """A variant of a robot: name, arguments, source position of the name, and diagnostics."""
 
     name: str
     arguments: Map

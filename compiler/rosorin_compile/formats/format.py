@@ -199,11 +199,11 @@ class Format:
     engine_reads: bool = False  # the engine itself parses the source, so ignored XML is not an error
     # Compares an artifact with its imported source in the engine; takes the text and the mesh files.
     prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
-    # Comparing two robots or two texts.
+    # Functions and flags for comparing two robots or the texts of two artifacts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # links that an output contains
     leaves_out: Callable[[Robot, str], bool] | None = None  # True if the format never contains a link
     why: str = ""  # reason for ``leaves_out``
-    adds: Callable[[Robot, str, Robot], bool] | None = None  # True for a link in a file that is not a link of the robot
+    adds: Callable[[Robot, str, Robot], bool] | None = None  # True if a link in a file was added by the writer
     brings: Callable[[Robot, Output], Sequence[str]] | None = None  # XML elements that an output generates from keys
     names_robot: bool = True  # whether its files contain the name of the robot
     names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by names in an artifact
@@ -213,7 +213,7 @@ class Format:
     differ: Callable[[str, str], str] | None = None  # describes the difference of two texts with equal values
     shown: bool = True  # human-readable: ``check`` prints a diff
     refusal: Callable[[str, Path], Refusal] | None = None  # loads an artifact in a folder with the engine
-    # Files that an artifact depends on.
+    # Files on which an artifact depends.
     located: bool = False  # artifacts contain paths of other artifacts, so ``package`` does not copy them
     meshes: bool = False  # artifacts refer to meshes like a URDF
     opens: Callable[[str], str] | None = None  # path of a mesh relative to the artifact, or "" if unsupported

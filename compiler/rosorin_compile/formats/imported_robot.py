@@ -120,7 +120,7 @@ def convert_result(made: object, opened: Opened) -> Imported:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Convert plain values to a YAML tree; values without a position get that of their container. Raises TypeError."""
+    """Convert plain values to a YAML tree, at position ``span`` unless they are ``Placed``. Raises TypeError."""
     path = path or []
     if value is None or isinstance(value, (bool, float)):
         return value

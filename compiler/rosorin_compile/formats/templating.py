@@ -65,7 +65,7 @@ class _BytecodeCache(jinja2.FileSystemBytecodeCache):
 
 
 class TemplateProblem(Exception):
-    """A template is missing, invalid, or uses an undefined name; carries the diagnostic."""
+    """Raised if a template is missing, invalid, or uses an undefined name; ``diagnostic`` has the error."""
 
     def __init__(self, rule: str, message: str, span: Span | None = None, help: str = "") -> None:
         super().__init__(message)

@@ -93,7 +93,7 @@ class XmlReader:
         return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     def single(self, element: Element, tag: str) -> Element | None:
-        """Return the first child with a tag, or None; report an error if a second one differs and both matter."""
+        """Return the first child with a tag, or None; report further children with this tag."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):

@@ -128,7 +128,7 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return the largest distance (m) of shapes, not meshes, from an axis through the origin; error below 0.004 %."""
+    """Return the largest distance (m) of shapes, not meshes, from an axis through the origin (error below 0.004 %)."""
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0
@@ -155,7 +155,7 @@ class Way(NamedTuple):
 
 
 def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
-    """Return the part of a line inside a solid, or None if the line misses the solid or the solid is a mesh.
+    """Return the part of a line inside a solid, or None if the line misses it; None for a mesh or a height map.
 
     ``at`` is a point (m) on the line and ``along`` its direction (a unit vector), both in the frame of the solid.
     """

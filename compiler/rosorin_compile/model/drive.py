@@ -93,7 +93,7 @@ class Wheel:
     x: float
     y: float
     radius: float
-    direction: tuple[float, float]  # unit vector in which the wheel rolls for positive joint velocity, unsteered
+    direction: tuple[float, float]  # direction in which the wheel rolls for positive joint velocity, unsteered
     grip: tuple[float, float]  # direction in which the wheel does not slip, unsteered
     steering: str = ""  # the joint that steers the wheel, or "" for an unsteered wheel
 

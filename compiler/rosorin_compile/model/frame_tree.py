@@ -1,4 +1,4 @@
-"""The tree of frames: a row for each edge with its publisher, and its layout as lines of text."""
+"""The tree of frames: a row for each transform with its publisher, and the layout of the tree as lines of text."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -42,7 +42,7 @@ class Row(NamedTuple):
 
 
 def rows(robot: "Robot") -> tuple[Row, ...]:
-    """Return all edges except those of simulation frames: joints from the root down, then transforms of other nodes."""
+    """Return a row for each transform, without simulation frames: joints from the root down, then other nodes."""
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
     first = {child: parent for parent, child in joints if child not in robot.simulated_frames}
     table = list[Row]()
@@ -63,7 +63,7 @@ def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
 
 
 class Line(NamedTuple):
-    """A line of the printed tree: a frame, and the edge to it."""
+    """A line of the printed tree: a frame, and the row of the transform to it."""
 
     frame: str
     row: Row | None  # None for a root

@@ -247,5 +247,5 @@ IDENTITY = Pose()
 
 
 def pose_of(transform: Transform) -> Pose:
-    """Convert a transform to xyz and rpy; exact quarter turns give exact angles."""
+    """Convert a transform to xyz and rpy. Exact rotations by quarter turns yield exact angles."""
     return Pose(transform.xyz, transform.rpy())

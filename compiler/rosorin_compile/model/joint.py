@@ -1,4 +1,4 @@
-"""Joints: how a link is attached to another, its limits and dynamics, and the publisher of its transform."""
+"""Joints: they attach one link to another, and have limits, dynamics and a publisher of their transform."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

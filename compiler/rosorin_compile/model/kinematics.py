@@ -1,4 +1,4 @@
-"""The graph of frames with paths between them, and forward kinematics for many joint states at once."""
+"""The graph of all frames with the paths between them, and forward kinematics for many joint states at once."""
 
 from __future__ import annotations
 

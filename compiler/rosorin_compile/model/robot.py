@@ -369,7 +369,7 @@ class Robot:
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints of the URDF: those of robot_state_publisher, and joints with several coordinates."""
+        """Return the joints of the URDF: joints of robot_state_publisher, and joints with several coordinates."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 

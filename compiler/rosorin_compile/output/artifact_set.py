@@ -1,6 +1,6 @@
 """Write the artifacts of a robot as a set: even if the process is killed, the folder has either the old or the new set.
 
-A new folder is prepared and swapped with the old folder. Files that are not artifacts are hard-linked into it.
+A new folder is prepared and swapped with the old folder. Other files are hard-linked into the new folder.
 """
 
 import errno

@@ -97,7 +97,7 @@ class Case:
         return (*turn, "when") if key == "when" and exists(self.tree, (*turn, "when")) else (*turn, "by")
 
     def publisher(self, joint: Joint) -> Path:
-        """Return the path of the publisher of a joint, or the path of the joint if it has no publisher."""
+        """Return the path of the key "publisher" of a joint, or the path of the joint if it has no such key."""
         path = self.joint(joint)
         mount = path[:-1] if path[-1] == "optical" and not exists(self.tree, (*path, "publisher")) else path
         return (*mount, "publisher") if exists(self.tree, (*mount, "publisher")) else path

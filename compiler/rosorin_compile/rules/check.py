@@ -61,7 +61,7 @@ def checks() -> tuple[Check, ...]:
 
 @cache
 def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic, ...]]:
-    """Return the checks of plug-ins that belong to no section, and the diagnostics about invalid plug-ins."""
+    """Return (checks of plug-ins that belong to no section, diagnostics about invalid plug-ins)."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
     return loaded, diagnostics

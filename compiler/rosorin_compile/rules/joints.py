@@ -48,7 +48,7 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
 
 
 def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
-    """Yield the names of each cycle in a mapping from names to their parents."""
+    """Yield the names of each cycle in a mapping from names to the names above them."""
     done: set[str] = set()
     for start in above:
         chain, here = list[str](), start

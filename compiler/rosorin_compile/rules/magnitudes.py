@@ -116,7 +116,7 @@ def _suspect(case: Case, path: Path, value: float) -> str:
         if path[2] == "actuator" and not (drive and drive.type in _OF_POSITIONS and drive.gear in ((), (1.0,))):
             return ""  # the command is neither a length nor an angle
         unit = unit[1 if joint.type == "prismatic" else 0]
-    # The pose of an edge may be that of the robot in a large world.
+    # An edge may be the pose of the robot in a large world, so its distance can be large.
     is_far = unit == "m" and path[0] != "edges" and abs(value) > FAR
     return str(unit) if unit == "rad" or is_far else ""
 

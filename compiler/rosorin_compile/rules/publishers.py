@@ -147,7 +147,7 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the transforms to each child frame in ``Robot.edges``, those of joints first.
+    """Return the transforms to each child frame in ``Robot.edges``, with the transforms of joints first.
 
     Any other frame is only the child of a joint, so its publisher is unique. If a link has two parent joints, only the
     first counts, because another rule reports the second. Edges with an invalid condition are left out.

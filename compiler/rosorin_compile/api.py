@@ -89,7 +89,7 @@ class Written:
 
 @dataclass(frozen=True)
 class Explained:
-    """The poses of frames, links, joints, etc., with the YAML line of each number. There are none after errors."""
+    """The poses of frames, links, joints, etc., with the YAML line of each number; empty after errors."""
 
     answers: "tuple[Explanation | Answer | NamedValue, ...]" = ()
     diagnostics: tuple[Diagnostic, ...] = ()

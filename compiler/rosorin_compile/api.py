@@ -449,7 +449,6 @@ def collisions(
     Args:
         output: The file to write. Default: ``collisions.yaml`` next to the description, which includes it.
         force: Compute the pairs again, even if the file is up to date.
-
     """
     from rosorin_compile.mujoco.collisions import compute_matrix
     from rosorin_compile.ros.srdf.planning import planning_of

@@ -18,7 +18,6 @@ STL_HEADER = 84  # bytes: 80 of text and the number of triangles; each triangle 
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
 
-
 # A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
 Clouds = Callable[[Mesh], Sequence[Vector] | None]
 

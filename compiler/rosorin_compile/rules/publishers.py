@@ -2,7 +2,9 @@
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
 from itertools import product
 from typing import NamedTuple
 
@@ -20,7 +22,6 @@ from .joints import WORLD_FRAMES, circles, pieces
 
 MAX_MODES = 10
 _NAME = re.compile(r"[^\W\d]\w*")
-
 Combination = Mapping[str, bool]
 
 
@@ -335,6 +336,12 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges and joints form a cycle in some combination of modes."""
     steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
+    parents_of = dict[str, list[str]]()
+    for step in steps:
+        parents_of.setdefault(step.child, []).append(step.parent)
+    with suppress(CycleError):
+        TopologicalSorter(parents_of).prepare()
+        return  # even all transforms together have no cycle
     while len(steps) != count:  # drop transforms that cannot be in a cycle: from a root or to a leaf
         parents, children, count = {step.parent for step in steps}, {step.child for step in steps}, len(steps)
         steps = [step for step in steps if step.parent in children and step.child in parents]

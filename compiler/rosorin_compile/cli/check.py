@@ -163,9 +163,9 @@ def _check_every(run: Run, description: Description) -> int:
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == ERROR for one in where}
     total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
     part = f"{len(tried):,} of {total:,} combinations" if total > len(tried) else count_of(total, "combination")
-    state = f"{len(failed):,} with errors" if failed else "all fine"
-    what = f"{part} of {names} compiled" if varied else "compiled once, because no argument has a list of values"
-    run.console.say(f"{description.name}: {what}, {state}")
+    what = f"{part} of {names} compiled, {f'{len(failed):,} with errors' if failed else 'all fine'}"
+    once = f"compiled once, {'with' if failed else 'without'} errors: no argument has a list of values"
+    run.console.say(f"{description.name}: {what if varied else once}")
     return PROBLEMS if failed else FINE
 
 

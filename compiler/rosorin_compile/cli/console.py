@@ -22,7 +22,6 @@ from rosorin_compile.source.wording import and_more, count_of, printable
 if TYPE_CHECKING:
     from .report_formats import Section
 
-
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # environment variable; "off" hides the progress
 

@@ -44,13 +44,11 @@ def entry(rule: Rule) -> list[str]:
         paragraphs.append(_IMPORTED[rule.imported])
     elif rule.mild and rule.id not in STAYS:
         paragraphs.append(f"To end it: accept: [{{rule: {rule.id}, reason: WHY}}]")
-    return [rule.id, *(line for text in paragraphs for line in _wrapped(text))]
-
-
-def _wrapped(text: str) -> list[str]:
-    """Wrap a text, and make the targets of its links relative to the folder of the project."""
-    text = _LINK.sub(lambda link: f"{link[1]} ({'' if '://' in link[2] else 'docs/'}{link[2]})", text)
-    return textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+    lines = [rule.id]
+    for paragraph in paragraphs:  # links are relative to the folder of the project
+        text = _LINK.sub(lambda link: f"{link[1]} ({'' if '://' in link[2] else 'docs/'}{link[2]})", paragraph)
+        lines += textwrap.wrap(text, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+    return lines
 
 
 def _list(rules: Sequence[Rule]) -> str:

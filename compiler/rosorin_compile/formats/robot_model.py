@@ -54,7 +54,7 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
             continue
         joints.append(joint)
         if joint.mimic is not None:
-            message = f"robot_model cannot express mimic: joint {joint.name} is written as an independent joint"
+            message = f'robot_model cannot express "mimic": joint "{joint.name}" is written as an independent joint'
             cannot_say(message, 'leave it out with "joints: [...]", or handle it in the program that reads this')
     links = dict.fromkeys([*(joint.child for joint in joints), *(joint.parent for joint in joints)]) or [robot.root]
     renamed: dict[str, str] = {}

@@ -33,7 +33,8 @@ def legal(case: Case) -> Iterator[Diagnostic]:
     names = [publisher.name for publisher in case.robot.publishers]
     choice = f"NAME, where NAME is one of {', '.join(names)}" if len(names) > 1 else "".join(names)
     for index, edge in enumerate(case.robot.edges):
-        yield from filter(None, [_condition(case, index, edge)])
+        if problem := _condition(case, index, edge):
+            yield problem
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
             message = f'no node publishes the transform "{edge.parent}" -> "{edge.child}"'
             help = f'add "publisher: {choice}"' if names else 'add a node to "publishers" and "publisher: NAME" here'
@@ -336,11 +337,11 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges and joints form a cycle in some combination of modes."""
     steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
-    parents_of = dict[str, list[str]]()
+    graph = TopologicalSorter[str]()
     for step in steps:
-        parents_of.setdefault(step.child, []).append(step.parent)
+        graph.add(step.child, step.parent)
     with suppress(CycleError):
-        TopologicalSorter(parents_of).prepare()
+        graph.prepare()
         return  # even all transforms together have no cycle
     while len(steps) != count:  # drop transforms that cannot be in a cycle: from a root or to a leaf
         parents, children, count = {step.parent for step in steps}, {step.child for step in steps}, len(steps)

@@ -8,7 +8,7 @@ from itertools import accumulate, count
 from typing import NamedTuple
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
-from .wording import and_more, count_of, swaps
+from .wording import and_more, count_of, first_of, swaps
 
 MAX_WORDED = 200  # suggestions are slow to compute, and 200 are enough for a reader
 _PLACES = 6  # maximum number of further positions that one diagnostic lists
@@ -18,6 +18,7 @@ _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-
 _OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
 _SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does|must)\b)")
+_QUOTED = re.compile(r'"[^"]*"')
 _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
@@ -60,8 +61,9 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
         uses |= dict.fromkeys([use for use in other.related if isinstance(use, Use) and use not in first.related][:1])
     others = 0 if uses else len({diagnostic.message for diagnostic in same}) - 1
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value")
-    texts = (more, and_more(len(uses) - _PLACES))
-    before, after = ([Related(text.strip(), None)] if text else [] for text in texts)
+    names = [name for other in same[1:] for name in _QUOTED.findall(other.message) if name not in first.message]
+    more += f": {first_of([*dict.fromkeys(names)], _PLACES)}" if more and names else ""
+    before, after = ([Related(t.strip(), None)] if t else [] for t in (more, and_more(len(uses) - _PLACES)))
     return replace(first, related=(*before, *first.related, *[*uses][:_PLACES], *after))
 
 

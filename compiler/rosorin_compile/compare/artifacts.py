@@ -34,7 +34,7 @@ class Pair(NamedTuple):
     """An artifact: its output, and the leaves of its committed and its compiled text."""
 
     output: Output
-    old: Leaves  # with new names of links and joints
+    old: Leaves  # renamed links and joints have their new names
     new: Leaves
     precisions: Precisions
     renamed: Mapping[str, Names] = {}  # new names by old names, by kind ("link", "joint")

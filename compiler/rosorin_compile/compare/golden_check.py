@@ -29,7 +29,7 @@ MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
 _MAX_CHANGES = 100
 _MAX_COMPARED = 20_000  # lines; a diff of more lines takes too long
 _MAX_VALUE = 60  # characters
-_LARGEST_PICTURE = 200_000  # characters; of a larger picture no diff is made
+_LARGEST_PICTURE = 200_000  # characters; larger pictures are not compared line by line
 _REMARKS = {
     MISSING: "missing; rosorin-compile all writes it",
     EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",

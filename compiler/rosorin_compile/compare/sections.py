@@ -20,7 +20,7 @@ from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
 from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
-ONE_BOX = "several shapes"  # the topic that a format with one box per link does not support
+ONE_BOX = "several shapes"  # the topic of formats that have room for only one box per link
 # Topics that a format may not support: (key of a description, name in messages, pattern of leaves "KIND QUANTITY").
 _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "mass": ("links.inertial", "masses", "link (mass|centre of mass|inertia)"),

@@ -82,7 +82,7 @@ class Compiled:
     artifacts: tuple[Artifact, ...]
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
-    resolved: tuple[Resolved, ...] = ()  # folders of packages by name
+    resolved: tuple[Resolved, ...] = ()  # the packages that were looked up, with their folders
     meshes: Searched | None = None
     variant: Variant | None = None
     missing: tuple[Path, ...] = ()

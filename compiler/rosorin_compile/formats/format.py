@@ -212,7 +212,7 @@ class Format:
     data: Callable[[str], Any] | None = None  # parses a text that is not JSON for ``schema``; raises ValueError
     differ: Callable[[str, str], str] | None = None  # describes the difference of two texts with equal values
     shown: bool = True  # human-readable: ``check`` prints a diff
-    refusal: Callable[[str, Path], Refusal] | None = None  # loads an artifact in a folder with the engine
+    refusal: Callable[[str, Path], Refusal] | None = None  # lets an engine load an artifact; returns why it refuses
     # Files on which an artifact depends.
     located: bool = False  # artifacts contain paths of other artifacts, so ``package`` does not copy them
     meshes: bool = False  # artifacts refer to meshes like a URDF

@@ -76,7 +76,7 @@ class Searched(NamedTuple):
     missing: frozenset[str] = frozenset()  # names without a usable file
     diagnostics: Sequence[Diagnostic] = ()
     by_name: Mapping[str, Path] = MappingProxyType({})  # path of each file that was found
-    resolved: tuple[Resolved, ...] = ()  # folders of packages by name
+    resolved: tuple[Resolved, ...] = ()  # the packages that were looked up, with their folders
     files: Mapping[str, bytes] = MappingProxyType({})  # contents of files to write with the artifacts, by name
 
     def add_to(self, robot: Robot) -> Robot:

@@ -211,8 +211,9 @@ def _check_options(
     for path in (source, *companions.values()):
         try:
             if path is not Description.ON_STDIN and (is_folder(path) or not exists(path)):
-                close = Description.nearest_file(path)
-                raise RequestError(no_file(path) + (f"; {suggest(str(close))}" if close else ""))
+                close = None if is_folder(path) else Description.nearest_file(path)
+                help = suggest(str(close)) if close else "name the file of the robot in it" if is_folder(path) else ""
+                raise RequestError(no_file(path) + (f"; {help}" if help else ""))
         except OSError as problem:
             raise RequestError(f"cannot read {path}: {problem.strerror}") from None
     if into is not None and (output is not None or force):

@@ -103,7 +103,7 @@ class _TextReader:
                 self.understood, block = True, dict[str, list[str]]()
                 self.blocks.append((line, block))
                 for match in _FORM_LINE.finditer(item[0]):
-                    if (form := _FORMS[match[1]]) in block:  # a repetition is the next transform
+                    if (form := _FORMS[match[1]]) in block:  # the second line of one form starts the next transform
                         block = {}
                         self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
                     block[form] = re.findall(r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf)", match[2])

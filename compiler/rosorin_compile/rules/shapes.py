@@ -79,7 +79,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
             what = f'joint "{joint.name}" places "{joint.child}" far away from "{joint.parent}"'
             yield from _lengths(case, what, case.joint(joint, "xyz"), joint.origin.xyz, rest)
     moved = [joint for joint in robot.joints if any(joint.origin.xyz)]
-    if len(moved) < 2:  # a single object has no rest of a robot to compare with
+    if len(moved) < 2:  # one object alone cannot be compared with the rest of the robot
         return
     size = diagonal(robot)
     for link, path, shape in case.shapes():

@@ -30,7 +30,7 @@ MAX_CALLED = 30  # limit of nested calls of functions that are defined under "le
 # Limit of the steps of all expressions (about ten seconds); a single expression may take a seventh of it.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
-# Rules about an entry that are reported at its name; arguments in the name are not the cause.
+# Rules that are reported at the name of an entry, although arguments in the name do not cause the problem.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 

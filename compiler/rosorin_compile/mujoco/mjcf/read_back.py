@@ -95,7 +95,7 @@ class _Reader:
     def __init__(self, root: Element, worldbody: Element) -> None:
         self.root = root
         self.links: list[model.Link] = []
-        self.joints: dict[str, model.Joint] = {}  # by child link
+        self.joints: dict[str, model.Joint] = {}  # joints by the name of their child link
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         self.elements: dict[str, Element] = {}
         self.owners: dict[str, str] = {}

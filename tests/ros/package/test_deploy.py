@@ -138,7 +138,7 @@ def test_check_compares_by_meaning(base: Path, capsys: pytest.CaptureFixture[str
     (base / "urdf/rosorin.urdf").unlink()
     assert check(base) == 1
     said = capsys.readouterr().err
-    assert f"error[deployed-missing]: there is no rosorin.urdf in {base}\n    rosorin-compile deploy\n" in said
+    assert f"error[deployed-missing]: there is no rosorin.urdf in {base}\n" in said
     assert "note[deployed-missing]: there is no copy of " in said
 
 

@@ -19,7 +19,7 @@ import mujoco
 
 from pairs import compare, row
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.model.drive import Twist, driving_of
+from rosorin_compile.model.drive import Twist, drive_kinematics
 
 STEPS, SETTLE = 4000, 500
 GOAL = 6.6  # times the box, which does some 132,000 steps a second where the robot is to do 20,000
@@ -49,7 +49,7 @@ def reference() -> tuple[mujoco.MjModel, mujoco.MjData]:
         for artifact in made.artifacts:
             Path(folder, artifact.file).write_text(artifact.text, "utf-8")
         model = mujoco.MjModel.from_xml_path(str(Path(folder, "scene.xml")))
-    speeds = driving_of(made.robot).speeds(Twist(vx=0.3))
+    speeds = drive_kinematics(made.robot).speeds(Twist(vx=0.3))
     model, data = settled(model)
     for joint, speed in speeds.items():
         data.actuator(joint).ctrl = speed

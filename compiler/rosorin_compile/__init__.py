@@ -12,11 +12,11 @@ TYPE_CHECKING = False  # do not import typing: it takes milliseconds, in which a
 # isort: off
 if TYPE_CHECKING:
     from rosorin_compile.api import (
-        Arguments, Checked, Explained, Outputs, Rules, Written, arguments, check, collisions, compile,  # noqa: A004
+        Arguments, CheckResult, ExplainResult, Outputs, Rules, WriteResult, arguments, check, collisions, compile,  # noqa: A004
         diff, explain, explain_rules, outputs, read, schema, write,
     )
     from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.formats.compilation import Compiled, Reading, Variant
+    from rosorin_compile.formats.compilation import CompileResult, ReadResult, Variant
     from rosorin_compile.formats.format import Artifact
     from rosorin_compile.importing.extract.extract import extract_boxes, extract_height_map
     from rosorin_compile.importing.extract.factory import extract_factory
@@ -72,10 +72,10 @@ _MODULES = {
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 __all__ = [
-    "Argument", "Arguments", "Artifact", "Checked", "CheckedPhysics", "CollisionMatrix", "Compiled", "Diagnostic",
-    "Difference", "Explained", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture", "Pulses",
-    "Reading", "RequestError", "Robot", "Rules", "Simulation", "Transforms", "UnknownName", "Variant", "Verification",
-    "Written", "WrittenVariants", "__version__", "arguments", "check", "check_deployed", "check_parameters",
+    "Argument", "Arguments", "Artifact", "CheckResult", "CheckedPhysics", "CollisionMatrix", "CompileResult",
+    "Diagnostic", "Difference", "ExplainResult", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture", "Pulses",
+    "ReadResult", "RequestError", "Robot", "Rules", "Simulation", "Transforms", "UnknownName", "Variant",
+    "Verification", "WriteResult", "WrittenVariants", "__version__", "arguments", "check", "check_deployed", "check_parameters",
     "check_physics", "collisions", "compile", "deploy", "diff", "explain", "explain_rules", "extract_boxes",
     "extract_factory", "extract_height_map", "frames", "graph", "import_robot", "init", "outputs", "package", "picture",
     "pulses", "read", "schema", "simulate", "sweep", "transform", "verify", "view", "write", "write_sweep",

@@ -21,12 +21,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from rosorin_compile.compare.golden_check import Committed, compare_committed, load_all
+from rosorin_compile.compare.golden_check import GoldenDifferences, compare_committed, load_all
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
-from rosorin_compile.formats.compilation import Compiled, Reading
-from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.compilation import CompileResult, ReadResult
+from rosorin_compile.formats.imported_robot import ImportedRobot
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.model import Output, Robot
@@ -46,19 +46,19 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Checked:
+class CheckResult:
     """The result of comparing the committed artifacts of a robot with its description.
 
     ``differing`` are the files that are missing, changed or no longer artifacts; ``lines`` describe the differences
     as ``rosorin-compile check`` prints them. Both are empty if ``compiled`` has errors.
     """
 
-    compiled: Compiled
+    compiled: CompileResult
     folder: Path
     differing: tuple[str, ...] = ()
     lines: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
-    committed: Committed | None = field(default=None, repr=False)
+    committed: GoldenDifferences | None = field(default=None, repr=False)
 
     @property
     def same(self) -> bool:
@@ -71,14 +71,14 @@ class Checked:
 
 
 @dataclass(frozen=True)
-class Written:
+class WriteResult:
     """The names of the files in ``folder`` after the artifacts of a robot were written.
 
     ``kept`` are files that are not artifacts and were not touched; ``removed`` are files that ``prune`` deleted. If
     ``diagnostics`` has errors, nothing was written.
     """
 
-    compiled: Compiled
+    compiled: CompileResult
     folder: Path
     written: tuple[str, ...] = ()
     unchanged: tuple[str, ...] = ()
@@ -88,7 +88,7 @@ class Written:
 
 
 @dataclass(frozen=True)
-class Explained:
+class ExplainResult:
     """The poses of frames, links, joints, etc., with the YAML line of each number; empty after errors."""
 
     answers: "tuple[Explanation | Answer | NamedValue, ...]" = ()
@@ -135,7 +135,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
     outputs: Sequence[str] = (),
     meshes: bool = False,
     trust: bool = False,
-) -> Compiled:
+) -> CompileResult:
     """Compile a description to its artifacts, without writing them.
 
     After errors, ``robot`` of the result is None, and ``diagnostics`` has the errors.
@@ -152,7 +152,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
         >>> [artifact.file for artifact in compiled.artifacts][:4]
         ['controllers.yaml', 'frames.md', 'frames_amcl.svg', 'frames_slam.svg']
     """
-    return Request.of(robot, arguments, packages, trust=trust).compile(outputs, meshes=meshes)
+    return Request.from_arguments(robot, arguments, packages, trust=trust).compile(outputs, meshes=meshes)
 
 
 def read(
@@ -161,7 +161,7 @@ def read(
     packages: Packages = None,
     lenient: bool = False,
     trust: bool = False,
-) -> Reading:
+) -> ReadResult:
     """Read a robot in any supported format: URDF, xacro, SDF, MJCF, ``robot_model`` JSON, or a description.
 
     Args:
@@ -172,7 +172,7 @@ def read(
         >>> rosorin_compile.read("outputs/rosorin/rosorin.urdf").robot
         <Robot rosorin: 11 links, 10 joints (5 that move), 0 sensors>
     """
-    return Request.of(robot, arguments, packages, trust=trust).read(lenient)
+    return Request.from_arguments(robot, arguments, packages, trust=trust).read(lenient)
 
 
 def check(
@@ -181,7 +181,7 @@ def check(
     packages: Packages = None,
     outputs: FilePath | None = None,
     trust: bool = False,
-) -> Checked:
+) -> CheckResult:
     """Compile a description and compare the result with its committed artifacts.
 
     Args:
@@ -193,18 +193,18 @@ def check(
         >>> checked.same, checked.differing
         (True, ())
     """
-    request = Request.of(robot, arguments, packages, outputs, trust)
+    request = Request.from_arguments(robot, arguments, packages, outputs, trust)
     compiled, folder = request.compile(), request.description.outputs
     diagnostics = tuple(compiled.diagnostics)
     if compiled.robot is None or has_errors(diagnostics):
-        return Checked(compiled, folder, diagnostics=diagnostics)
+        return CheckResult(compiled, folder, diagnostics=diagnostics)
     try:
         present = read_set(folder)
     except OutputError as problem:
-        return Checked(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
+        return CheckResult(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     committed = compare_committed(compiled, present, folder, lambda: request.understand().case)
     diagnostics = (*diagnostics, *committed.diagnostics)
-    return Checked(compiled, folder, committed.differing(), tuple(committed.lines()), diagnostics, committed)
+    return CheckResult(compiled, folder, committed.differing_files(), tuple(committed.lines()), diagnostics, committed)
 
 
 def write(
@@ -216,7 +216,7 @@ def write(
     *,
     only: Sequence[str] = (),
     trust: bool = False,
-) -> Written:
+) -> WriteResult:
     """Compile a description and write its artifacts, all of them or none.
 
     Args:
@@ -230,11 +230,11 @@ def write(
         >>> len(written.written), written.unchanged, written.kept
         (16, (), ())
     """
-    request = Request.of(robot, arguments, packages, outputs, trust)
+    request = Request.from_arguments(robot, arguments, packages, outputs, trust)
     compiled, folder = request.compile(only), request.description.outputs
     diagnostics, artifacts, searched = compiled.diagnostics, compiled.artifacts, compiled.meshes
     if compiled.robot is None or not artifacts or has_errors(diagnostics):
-        return Written(compiled, folder, diagnostics=tuple(diagnostics))
+        return WriteResult(compiled, folder, diagnostics=tuple(diagnostics))
     meshes = compiled.mesh_files
     if only and searched is not None:
         written = {artifact.output for artifact in artifacts}
@@ -245,13 +245,13 @@ def write(
     try:
         done = write_artifacts(folder, files, prune)
     except OutputError as problem:
-        return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
+        return WriteResult(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     changed = [artifact for artifact in artifacts if artifact.file in done.written]
     more = [*done.diagnostics(folder), *load_all(changed, folder, lambda: request.understand().case)]
     for name in () if only else done.kept:
         message = f"{folder}/{name} is not an artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))
-    return Written(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*diagnostics, *more))
+    return WriteResult(compiled, folder, done.written, done.unchanged, done.kept, done.removed, (*diagnostics, *more))
 
 
 def diff(
@@ -314,11 +314,11 @@ def diff(
 
 def _load_side(
     robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
-) -> tuple[Side | None, Imported | None, list[Diagnostic]]:
+) -> tuple[Side | None, ImportedRobot | None, list[Diagnostic]]:
     """Load a robot to compare. Return (side or None after errors, imported file or None, diagnostics)."""
     if isinstance(robot, Robot):
         return Side(robot.name, YAML, robot), None, []
-    requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
+    requests = [Request.from_arguments(robot, values, packages, trust=trust) for values in (shared, own)]
     if problems := [problem for request in requests for problem in request.problems]:
         return None, None, problems
     request = replace(requests[1], arguments={**requests[0].arguments, **requests[1].arguments})
@@ -339,7 +339,7 @@ def _load_side(
 
 def explain(
     robot: FilePath | Request, names: Sequence[str], arguments: Values = None, packages: Packages = None, pose: str = ""
-) -> Explained:
+) -> ExplainResult:
     """Return the poses of frames, links, joints, sensors or parts, and the YAML line that defines each number.
 
     Args:
@@ -355,12 +355,12 @@ def explain(
     """
     from rosorin_compile.language.explain import explain as explain_names
 
-    request = Request.of(robot, arguments, packages)
+    request = Request.from_arguments(robot, arguments, packages)
     found = request.understand(foreign=False)
     if found.lowered is None or found.robot is None:
-        return Explained(diagnostics=tuple(found.diagnostics))
+        return ExplainResult(diagnostics=tuple(found.diagnostics))
     answers = explain_names(found.expanded, found.lowered, request.values(), names, pose)
-    return Explained(tuple(answers), tuple(found.diagnostics))
+    return ExplainResult(tuple(answers), tuple(found.diagnostics))
 
 
 def arguments(robot: FilePath | Request, arguments: Values = None, packages: Packages = None) -> Arguments:
@@ -372,7 +372,7 @@ def arguments(robot: FilePath | Request, arguments: Values = None, packages: Pac
         >>> [(one.name, one.allowed, one.default) for one in found.arguments if one.name == "base"]
         [('base', ('fixed', 'free'), 'free')]
     """
-    request = Request.of(robot, arguments, packages)
+    request = Request.from_arguments(robot, arguments, packages)
     name, problems = request.description.name, [*request.problems]
     found: list[Argument] = []
     try:
@@ -391,7 +391,7 @@ def outputs(robot: FilePath | Request, arguments: Values = None, packages: Packa
         >>> [output.file for output in rosorin_compile.outputs("rosorin").outputs][:2]
         ['controllers.yaml', 'frames.md']
     """
-    request = Request.of(robot, arguments, packages)
+    request = Request.from_arguments(robot, arguments, packages)
     found, name = request.understand(outputs=True), request.description.name
     return Outputs(name, None if found.robot is None else found.robot.outputs, tuple(found.diagnostics))
 
@@ -451,7 +451,7 @@ def collisions(
         force: Compute the pairs again, even if the file is up to date.
     """
     from rosorin_compile.mujoco.collisions import compute_matrix
-    from rosorin_compile.ros.srdf.planning import planning_of
+    from rosorin_compile.ros.srdf.planning import planning_model
 
-    request = Request.of(robot, arguments, packages, trust=trust)
-    return compute_matrix(request, planning_of, output=None if output is None else Path(output), force=force)
+    request = Request.from_arguments(robot, arguments, packages, trust=trust)
+    return compute_matrix(request, planning_model, output=None if output is None else Path(output), force=force)

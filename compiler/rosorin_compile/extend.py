@@ -7,7 +7,7 @@ from rosorin_compile.cli.command import (
 )
 from rosorin_compile.cli.console import FINE, PROBLEMS
 from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.formats.format import Artifact, Asked, Format, Opened, Refusal, Unsupported
+from rosorin_compile.formats.format import Artifact, Format, ImportFile, OutputEntry, Refusal, Unsupported
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression.functions import function
 from rosorin_compile.model.sections import Section
@@ -20,8 +20,8 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule, rule
 
 __all__ = [
-    "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Command",
-    "Description", "Diagnostic", "Format", "Heading", "Opened",
+    "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Case", "Command",
+    "Description", "Diagnostic", "Format", "Heading", "ImportFile", "OutputEntry",
     "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
     "Templates", "Unsupported", "argument", "check", "check_options", "command", "did_you_mean", "error",
     "for_each", "function", "option", "robot_argument", "robot_options",

@@ -208,7 +208,7 @@ def pulses(
         >>> joint.pulse, round(joint.degrees, 2)
         (375, 30.0)
     """
-    case, diagnostics = Request.of(robot, arguments, packages, trust=trust).load_case()
+    case, diagnostics = Request.from_arguments(robot, arguments, packages, trust=trust).load_case()
     if case is None:
         return Pulses(diagnostics=diagnostics)
     servos = case.robot.servos

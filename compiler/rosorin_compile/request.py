@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS, compilation
-from rosorin_compile.formats.compilation import Compiled, Reading, Understood, judge_foreign
+from rosorin_compile.formats.compilation import CompileResult, ReadResult, Understood, judge_foreign
 from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
-from rosorin_compile.language.expand.description import Expanded
+from rosorin_compile.language.expand.description import ExpandedDescription
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, error, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.mesh_files import Searched
+    from rosorin_compile.formats.mesh_files import SearchResult
     from rosorin_compile.model import Output
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.tree import Map
@@ -53,7 +53,7 @@ class Request:
     problems: tuple[Diagnostic, ...] = ()
 
     @classmethod
-    def of(
+    def from_arguments(
         cls,
         robot: FilePath | Request,
         arguments: Values = None,
@@ -99,7 +99,7 @@ class Request:
 
     def compile(
         self, outputs: Sequence[str] = (), *, meshes: bool = True, foreign: bool = False, lenient: bool = False
-    ) -> Compiled:
+    ) -> CompileResult:
         """Compile the robot and read its artifacts back; nothing is written.
 
         ``outputs`` are the names of the outputs to generate, by default all. Without ``meshes``, mesh files are not
@@ -107,7 +107,7 @@ class Request:
         description that ``import`` would write. ``lenient`` accepts violations of the specification of that format.
         """
         if self.problems:
-            return Compiled(None, (), [*self.problems], ())
+            return CompileResult(None, (), [*self.problems], ())
         path, search = self.description.path, self.search_meshes if meshes else None
         try:
             if foreign and self.is_foreign:
@@ -116,7 +116,7 @@ class Request:
             else:
                 compiled = compilation.compile_robot(path, self.values(), self.tell, self.packages, search, outputs)
         except LoadError as problem:
-            return Compiled(None, (), [problem.diagnostic], ())
+            return CompileResult(None, (), [problem.diagnostic], ())
         return prove(compiled) if meshes else compiled
 
     def understand(self, foreign: bool = True, outputs: bool = False, lenient: bool = True) -> Understood:
@@ -134,7 +134,7 @@ class Request:
                 return compilation.understand(path, self.values(), self.tell, self.packages)
         except LoadError as problem:
             problems = [problem.diagnostic]
-        return Understood(Expanded(None, [], (path,)), None, problems)
+        return Understood(ExpandedDescription(None, [], (path,)), None, problems)
 
     def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
         """Return (robot with source positions, warnings about executed code), or (None, errors)."""
@@ -143,18 +143,18 @@ class Request:
             return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
         return found.case, tuple(one for one in found.diagnostics if one.rule == EXECUTED and not self.trust)
 
-    def read(self, lenient: bool = False) -> Reading:
+    def read(self, lenient: bool = False) -> ReadResult:
         """Read the robot in any format; ``lenient`` accepts violations of the specification of its format."""
         found = self.understand(lenient=lenient)
         imported, diagnostics = found.imported, found.diagnostics
         if imported is None or imported.tree is None:
-            return Reading(found.robot, diagnostics, found.expanded.files, found.expanded.tree)
+            return ReadResult(found.robot, diagnostics, found.expanded.files, found.expanded.tree)
         if self.arguments and not imported.takes_arguments:
             diagnostics = arrange([*diagnostics, takes_no_arguments(self.description.path)])
         robot = None if found.robot is None or has_errors(diagnostics) else replace(found.robot, outputs=())
-        return Reading(robot, diagnostics, found.expanded.files, imported.tree)
+        return ReadResult(robot, diagnostics, found.expanded.files, imported.tree)
 
-    def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
+    def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> SearchResult:
         """Find the mesh files of the robot, and read those that its artifacts open."""
         from rosorin_compile.formats.mesh_files import Places, read_files, search
 
@@ -162,7 +162,7 @@ class Request:
         places = Places(self.description.path, folder, self.packages, os.environ)
         return read_files(search(tree, outputs, places), outputs, folder)
 
-    def inputs(self, compiled: Compiled) -> list[Path]:
+    def inputs(self, compiled: CompileResult) -> list[Path]:
         """Return the files that a compilation has read, including argument files."""
         return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
 
@@ -176,7 +176,7 @@ def read_options(
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 
-def prove(compiled: Compiled) -> Compiled:
+def prove(compiled: CompileResult) -> CompileResult:
     """Read the artifacts back; if an artifact contradicts the robot, return only errors and no artifacts."""
     from rosorin_compile.compare.artifacts import agreement
 

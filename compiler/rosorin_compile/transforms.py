@@ -85,7 +85,7 @@ def transform(
         >>> found.translation
         (0.048156, 7.5552e-05, 0.106748)
     """
-    case, diagnostics = Request.of(robot, arguments, packages, trust=trust).load_case()
+    case, diagnostics = Request.from_arguments(robot, arguments, packages, trust=trust).load_case()
     if case is None:
         return Transforms(diagnostics=diagnostics)
     start = positions(case.robot, pose, joints, pulses)

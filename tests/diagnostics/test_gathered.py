@@ -18,7 +18,7 @@ def test_a_description_with_20_000_unknown_keys_is_reported_within_5_s(tmp_path:
     keys = "".join(f"k{number}: 1\n" for number in range(20_000))
     (tmp_path / "robot.yaml").write_text(f"robot: r\nlinks: {{base: {{}}}}\n{keys}", "utf-8")
     begin = time.process_time()
-    found = Request.of(tmp_path / "robot.yaml").compile().diagnostics
+    found = Request.from_arguments(tmp_path / "robot.yaml").compile().diagnostics
     assert time.process_time() - begin < 5
     assert len(found) == 20_000
     assert [bool(one.help) for one in found] == [True] * 200 + [False] * 19_800

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.drive import Twist, driving_of
+from rosorin_compile.model.drive import Twist, drive_kinematics
 from support.robots import compiled_text, sound
 
 WHEEL = (
@@ -66,7 +66,7 @@ def test_the_joints_of_a_drive_have_the_prefix_of_its_part(tmp_path: Path, use: 
     assert robot.drive is not None
     assert dict(robot.drive.joints) == {"left": (f"{prefix}left",), "right": (f"{prefix}right",)}
     assert robot.drive.frame == f"{prefix}base"
-    speeds = driving_of(robot).speeds(Twist(wz=1.0))
+    speeds = drive_kinematics(robot).speeds(Twist(wz=1.0))
     assert speeds == pytest.approx({f"{prefix}left": -0.2 / 0.05, f"{prefix}right": 0.2 / 0.05})
 
 

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic
 
 UNITS = {
@@ -82,7 +82,7 @@ def described(kind: str, written: str, way: str, use: str) -> tuple[str, dict[st
     return text, arguments
 
 
-def outcome(folder: Path, text: str, arguments: dict[str, Any]) -> tuple[Compiled, list[tuple[str, str, str]]]:
+def outcome(folder: Path, text: str, arguments: dict[str, Any]) -> tuple[CompileResult, list[tuple[str, str, str]]]:
     """Return what a description comes to, and what is said of it but for the numbers as they were written."""
     path = folder / "robot.yaml"
     path.write_text(text)

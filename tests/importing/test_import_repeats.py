@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compilation import Compiled, compile_robot
-from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
+from rosorin_compile.formats.imported_robot import ImportedRobot
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing import round_trip
 from rosorin_compile.importing.repeats.nodes import mirror_node, nodes_of
@@ -74,7 +74,7 @@ def test_what_is_not_the_same_robot_is_written_out(tmp_path: Path, monkeypatch: 
     path = robot(tmp_path, wheel("left_wheel", "left_axle", 1), wheel("right_wheel", "right_axle", -1))
     found = round_trip.with_parts
 
-    def wrong(imported: Imported) -> Imported:
+    def wrong(imported: ImportedRobot) -> ImportedRobot:
         made = found(imported)
         assert made.tree is not None
         del made.tree["parts"]["wheel"]["joints"]["axle"]["dynamics"]
@@ -115,7 +115,7 @@ EXAMPLES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("by", [compile_robot, compile_unrounded])
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_a_description_comes_back_with_its_parts(name: str, by: Callable[..., Compiled], tmp_path: Path) -> None:
+def test_a_description_comes_back_with_its_parts(name: str, by: Callable[..., CompileResult], tmp_path: Path) -> None:
     """What a person wrote, compiled to a URDF and imported, has the parts and uses that the person chose."""
     trip = trip_of(urdf_of(name, by, tmp_path))
     assert trip.diagnostics == []
@@ -123,7 +123,7 @@ def test_a_description_comes_back_with_its_parts(name: str, by: Callable[..., Co
     assert by is compile_robot or "90 deg" in "\n".join(trip.files.values())  # an import never rounds
 
 
-def urdf_of(name: str, by: Callable[..., Compiled], folder: Path) -> Path:
+def urdf_of(name: str, by: Callable[..., CompileResult], folder: Path) -> Path:
     made = compiled(ROOT / "examples" / name / "robot.yaml", by=by)
     (urdf,) = (one for one in made.artifacts if one.backend == "urdf")
     path = folder / "robot.urdf"

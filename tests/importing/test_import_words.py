@@ -17,7 +17,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.imported_robot import ImportedRobot
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.elements.convert import report_elements, with_sections
 from rosorin_compile.importing.round_trip import check_round_trip
@@ -36,7 +36,7 @@ def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
     return described(read_robot(file), folder)
 
 
-def described(read: Imported, folder: Path, *change: object) -> tuple[list[str], str, str]:
+def described(read: ImportedRobot, folder: Path, *change: object) -> tuple[list[str], str, str]:
     made = with_sections(read)
     trip = check_round_trip(made.imported, folder, plain=made.plain)
     related = [one.message for diagnostic in trip.diagnostics for one in diagnostic.related]

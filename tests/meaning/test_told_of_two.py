@@ -11,7 +11,7 @@ from rosorin_compile.compare.difference import YAML, Difference, Side
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Pose, Robot, Shape
 from rosorin_compile.model.robot import Sensor
-from rosorin_compile.model.simulation import BODY_ELEMENT, Simulated
+from rosorin_compile.model.simulation import BODY_ELEMENT, SensorElement
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
 BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
@@ -65,7 +65,7 @@ def test_values_for_simulation_are_named_where_a_file_has_no_word_for_them() -> 
 
 
 def test_a_site_of_a_sensor_is_no_frame_that_a_description_lacks() -> None:
-    site = Simulated(BODY_ELEMENT, "site", "spot", "hand")
+    site = SensorElement(BODY_ELEMENT, "site", "spot", "hand")
     described = replace(ROBOT, sensors=(Sensor("imu", "imu", "hand", "wrist", simulated=(site,)),))
     spot = Joint("at_spot", "fixed", "hand", "spot")
     simulated = replace(ROBOT, links=(*ROBOT.links, Link("spot")), joints=(*ROBOT.joints, spot))

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from rosorin_compile.compare.golden_check import compare
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.model import Robot
 from rosorin_compile.viewer.overlay import moves
 from rosorin_compile.viewer.overlay import robot_before as undo_all
@@ -29,7 +29,7 @@ OUTPUTS = {
 }
 
 
-def _old(new: Compiled, before: Compiled, only: str = "") -> Robot:
+def _old(new: CompileResult, before: CompileResult, only: str = "") -> Robot:
     """Return the robot that the artifacts of another one tell of, all or those of one format."""
     assert new.robot is not None
     committed = {one.file: one.text.encode() for one in before.artifacts if only in ("", one.backend)}

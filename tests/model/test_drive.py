@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Link, Pose, Robot, Shape, Sphere
-from rosorin_compile.model.drive import Drive, Twist, driving_of, rolling_radius
+from rosorin_compile.model.drive import Drive, Twist, drive_kinematics, rolling_radius
 from support.robots import compiled_text
 
 RADIUS = 0.04
@@ -51,7 +51,7 @@ size = st.floats(0.05, 1.0)
 def test_a_mecanum_drive_has_the_signs_of_ros2_controllers(
     wheelbase: float, track: float, x: float, y: float, vx: float, vy: float, wz: float
 ) -> None:
-    driving = driving_of(mecanum(wheelbase, track, x, y))
+    driving = drive_kinematics(mecanum(wheelbase, track, x, y))
     assert (driving.wheelbase, driving.track) == (pytest.approx(wheelbase), pytest.approx(track))
     assert driving.centre == (pytest.approx(x), pytest.approx(y))
     k = (wheelbase + track) / 2
@@ -81,14 +81,14 @@ def differential(track: float, x: float, pairs: int = 1) -> Robot:
     speed,
 )
 def test_what_goes_sideways_comes_back(robot: Robot, vx: float, vy: float, wz: float) -> None:
-    driving = driving_of(robot)
+    driving = drive_kinematics(robot)
     assert driving.slides
     assert driving.velocity(driving.speeds(Twist(vx, vy, wz))) == pytest.approx((vx, vy, wz), abs=1e-9)
 
 
 @given(size, speed, st.integers(1, 3), speed, speed)
 def test_two_sides_come_back(track: float, x: float, pairs: int, vx: float, wz: float) -> None:
-    driving = driving_of(differential(track, x, pairs))
+    driving = drive_kinematics(differential(track, x, pairs))
     speeds = driving.speeds(Twist(vx, 9.0, wz))  # it has no vy
     # ros2_controllers, diff_drive_controller: (v -+ w * track / 2) / r
     assert speeds["l0"] == pytest.approx((vx - wz * track / 2) / RADIUS, abs=1e-9)
@@ -115,7 +115,7 @@ def test_a_car_steers_about_one_point_and_comes_back(
     wheelbase: float, track: float, front: bool, vx: float, curve: float
 ) -> None:
     wz = curve * vx / (wheelbase + track)
-    driving = driving_of(car(wheelbase, track, front))
+    driving = drive_kinematics(car(wheelbase, track, front))
     assert driving.wheelbase == pytest.approx(wheelbase)
     assert driving.track == pytest.approx(track)
     angles = driving.angles(Twist(vx, 0, wz))
@@ -134,7 +134,7 @@ def tricycle(wheelbase: float) -> Robot:
 
 @given(size, speed, speed)
 def test_a_tricycle_comes_back(wheelbase: float, vx: float, wz: float) -> None:
-    driving = driving_of(tricycle(wheelbase))
+    driving = drive_kinematics(tricycle(wheelbase))
     twist = Twist(vx, 0, wz)
     # ros2_controllers, tricycle_controller: alpha = atan(wz * wheelbase / vx), the wheel at vx / cos(alpha)
     angles, speeds = driving.angles(twist), driving.speeds(twist)
@@ -146,19 +146,19 @@ def test_a_tricycle_comes_back(wheelbase: float, vx: float, wz: float) -> None:
 def test_a_wheel_whose_axis_is_turned_round_turns_the_other_way() -> None:
     plain = differential(0.3, 0.0)
     turned = replace(plain, joints=(replace(plain.joints[0], axis=(0.0, -1.0, 0.0)), plain.joints[1]))
-    speeds = driving_of(turned).speeds(Twist(0.4))
+    speeds = drive_kinematics(turned).speeds(Twist(0.4))
     assert speeds == {"l0": pytest.approx(-10), "r0": pytest.approx(10)}
-    assert driving_of(turned).velocity(speeds) == pytest.approx((0.4, 0, 0))
+    assert drive_kinematics(turned).velocity(speeds) == pytest.approx((0.4, 0, 0))
 
 
 def test_wheels_in_one_place_say_nothing() -> None:
     with pytest.raises(ValueError, match="do not say how the base moves"):
-        driving_of(differential(0.0, 0.0)).velocity({"l0": 1.0, "r0": 1.0})
+        drive_kinematics(differential(0.0, 0.0)).velocity({"l0": 1.0, "r0": 1.0})
 
 
 def test_a_robot_without_a_drive_has_none() -> None:
     with pytest.raises(ValueError, match='"r" has no drive'):
-        driving_of(Robot("r", (Link("base"),), ()))
+        drive_kinematics(Robot("r", (Link("base"),), ()))
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_the_wheels_of_the_library_drive_as_they_are_mounted(tmp_path: Path) -> 
     text = f"robot: r\nlinks: {{base_link: {{}}}}\nuse:\n{uses}"
     text += f"drive: {{mecanum: {{{', '.join(f'{name}: {name}_joint' for name in CORNERS)}}}}}\n"
     text += "outputs: {urdf: {file: r.urdf}}\n"
-    driving = driving_of(compiled_text(tmp_path, text).robot)
+    driving = drive_kinematics(compiled_text(tmp_path, text).robot)
     speeds = driving.speeds(Twist(0.048, 0.0, 0.0))
     assert list(speeds.values()) == pytest.approx([1, 1, 1, 1])
     speeds = driving.speeds(Twist(0.0, 0.0, 1.0))

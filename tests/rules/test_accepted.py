@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.compare.artifacts import agreement
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.formats.mesh_files import Places, search
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.load import load_mapping
@@ -41,7 +41,7 @@ def test_message(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         mujoco.MjModel.from_xml_string(artifacts["mjcf"])
 
 
-def accepted(rule: str) -> Compiled:
+def accepted(rule: str) -> CompileResult:
     return compile_robot(TESTS / "accepted" / f"{rule}.yaml")
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
-from rosorin_compile.model.drive import Twist, driving_of
+from rosorin_compile.model.drive import Twist, drive_kinematics
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import NOTE, Source, has_errors
 from rosorin_compile.source.load import parse_yaml
@@ -197,5 +197,5 @@ def test_no_rule_about_drives_crashes(turning, shapes, drive):
     if lowered.robot is None:
         return
     if not has_errors(check(lowered.robot, tree, lowered.places, FORMATS)):
-        driving = driving_of(lowered.robot)
+        driving = drive_kinematics(lowered.robot)
         assert all(math.isfinite(speed) for speed in driving.speeds(Twist(1.0, 0.0, 0.5)).values())

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
@@ -29,7 +29,7 @@ CASES = sorted([*SDF.glob("bad/*.sdf"), *SDF.glob("told/*.sdf")])
 FOLLOWERS = '<sdf version="{}"><model name="m">{}</model></sdf>'
 
 
-def read_text(text: str, folder: Path, **options) -> Imported:
+def read_text(text: str, folder: Path, **options) -> ImportedRobot:
     path = folder / "robot.sdf"
     path.write_text(text, "utf-8")
     return read_robot(path, ReadOptions(environment={}, **options))
@@ -171,7 +171,7 @@ FOLDER = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], d
 SEEDS = {path.stem: path.read_text("utf-8") for path in sorted((SDF / "corners").glob("*.sdf"))}
 
 
-def sane(text: str, folder: Path, lenient: bool = False) -> Imported:
+def sane(text: str, folder: Path, lenient: bool = False) -> ImportedRobot:
     imported = read_any(text, folder / "robot.sdf", lenient)
     if imported.tree is not None:
         robot = lower(imported.tree).robot

@@ -10,7 +10,7 @@ from rosorin_compile import Robot
 from rosorin_compile.extend import Section, rule
 from rosorin_compile.language import lower as lowering
 from rosorin_compile.language import schema as sections
-from rosorin_compile.language.schema import Plugged, _marks
+from rosorin_compile.language.schema import PluginSections, _marks
 from rosorin_compile.model import Joint, Link, Pose
 from rosorin_compile.model.sections import Sections
 from rosorin_compile.source.diagnostics import Diagnostic, Source
@@ -85,7 +85,7 @@ def test_what_a_section_makes_that_is_no_robot_is_told_of_its_package(
     monkeypatch: pytest.MonkeyPatch, adds: Any, message: str
 ) -> None:
     fans = Section.by_name("fans", Fan, schema({}), adds=adds)
-    monkeypatch.setattr(lowering, "plugin_sections", lambda: Plugged(((PLUGIN, fans),), ()))
+    monkeypatch.setattr(lowering, "plugin_sections", lambda: PluginSections(((PLUGIN, fans),), ()))
     told: list[tuple[Diagnostic, str]] = []
     tree = parse_yaml(Source("r.yaml", "fans: {}"))
     made = lowering.with_sections(ROBOT, tree, lambda *one: told.append(one), lambda *_: None)

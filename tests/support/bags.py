@@ -17,7 +17,7 @@ import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Robot, Transform
 from rosorin_compile.recordings.expected_edges import Options
 from rosorin_compile.recordings.results import Verification
@@ -59,7 +59,7 @@ class Scene:
 
 
 @cache
-def made() -> Compiled:
+def made() -> CompileResult:
     """Return the reference robot, compiled once."""
     return compiled()
 

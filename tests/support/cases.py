@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.messages import arrange
@@ -74,7 +74,7 @@ def header(path: Path) -> list[str]:
     return found[1].splitlines()
 
 
-def read(path: Path) -> Imported:
+def read(path: Path) -> ImportedRobot:
     """Return what reading a foreign file gives, with the options that it asks for."""
     words = [word for line in header(path) if line.startswith("options: ") for word in line.split()[1:]]
     arguments = dict(word.split(":=", 1) for word in words if ":=" in word)

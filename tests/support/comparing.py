@@ -12,7 +12,7 @@ from typing import Any
 from rosorin_compile.cli.main import main
 from rosorin_compile.compare.golden_check import Comparison, compare, lines
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.formats.format import lacks
 from rosorin_compile.importing.round_trip import model_differences
 from rosorin_compile.language.schema import sections
@@ -74,7 +74,7 @@ def meaning(comparison: Comparison) -> list[str]:
     return said[: said.index("")] if "" in said else said
 
 
-def against(made: Compiled, committed: Mapping[str, bytes]) -> Comparison:
+def against(made: CompileResult, committed: Mapping[str, bytes]) -> Comparison:
     assert made.robot is not None
     return compare(made.robot, made.artifacts, committed)
 

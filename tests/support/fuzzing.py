@@ -16,7 +16,7 @@ from pathlib import Path
 import yaml
 
 from rosorin_compile.cli.report_formats import FORMATS
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from support.paths import data_text
 
@@ -48,7 +48,7 @@ def _places(node: yaml.Node) -> Iterator[tuple[yaml.CollectionNode, int]]:
         yield from _places(item[1] if isinstance(item, tuple) else item)
 
 
-def held(path: Path) -> Compiled:
+def held(path: Path) -> CompileResult:
     """Compile a description and check what holds for every description."""
     made = compile_robot(path, {})
     for diagnostic in made.diagnostics:

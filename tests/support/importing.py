@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions, as_tree
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
@@ -172,7 +172,7 @@ def accepted(tree: Map) -> set[tuple[str, str]]:
     return {(entry["rule"], name) for entry in tree.get("accept", ()) for name in entry["of"]}
 
 
-def read_any(text: str | bytes, path: Path, lenient: bool = False) -> Imported:
+def read_any(text: str | bytes, path: Path, lenient: bool = False) -> ImportedRobot:
     """Write any text to a file, and read it; check what holds always: a tree or an error, and places that exist."""
     path.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     imported = read_robot(path, ReadOptions(lenient=lenient, environment={}))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.robot_files import outputs_of
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
@@ -31,7 +31,7 @@ from rosorin_compile.source.project import ROOT_FILE
 class Case(NamedTuple):
     """A file that was imported: what came of it, the robot, MuJoCo's own model of it, and the MJCF that it becomes."""
 
-    imported: Imported
+    imported: ImportedRobot
     robot: Robot
     model: Any
     text: str

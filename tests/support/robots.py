@@ -11,7 +11,7 @@ import yaml
 
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
@@ -53,8 +53,8 @@ def copy_of_rosorin(folder: Path, changes: Mapping[str, tuple[str, str]] | None 
 
 
 def compiled(
-    path: Path = ROSORIN, arguments: Mapping[str, str] | None = None, by: Callable[..., Compiled] = compile_robot
-) -> Compiled:
+    path: Path = ROSORIN, arguments: Mapping[str, str] | None = None, by: Callable[..., CompileResult] = compile_robot
+) -> CompileResult:
     """Compile a description that has to be free of errors."""
     made = by(path, arguments or {})
     assert made.robot is not None, report(made.diagnostics)
@@ -63,7 +63,7 @@ def compiled(
 
 
 @cache
-def of_this_project(path: Path) -> Compiled:
+def of_this_project(path: Path) -> CompileResult:
     """Compile a description of this project, once in a process: for tests that ask only what comes out."""
     assert path.is_absolute()
     return compiled(path)
@@ -73,14 +73,14 @@ def of_this_project(path: Path) -> Compiled:
 CHAIN = data_text("robots/robots_chain.yaml")
 
 
-def compiled_text(folder: Path, text: str) -> Compiled:
+def compiled_text(folder: Path, text: str) -> CompileResult:
     """Compile a description that is given as text, whether it has errors or not."""
     path = folder / "robot.yaml"
     path.write_text(text, "utf-8")
     return compile_robot(path)
 
 
-def sound(made: Compiled) -> tuple[Robot, dict[str, str], Compiled]:
+def sound(made: CompileResult) -> tuple[Robot, dict[str, str], CompileResult]:
     """Return a robot without errors, its artifacts by backend, which agree with it, and all that came out."""
     assert not has_errors(made.diagnostics), report(made.diagnostics)
     assert made.robot is not None
@@ -88,7 +88,7 @@ def sound(made: Compiled) -> tuple[Robot, dict[str, str], Compiled]:
     return made.robot, {artifact.backend: artifact.text for artifact in made.artifacts}, made
 
 
-def texts(made: Compiled) -> dict[str, str]:
+def texts(made: CompileResult) -> dict[str, str]:
     """Return the artifacts of a compilation by file name."""
     return {artifact.file: artifact.text for artifact in made.artifacts}
 

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile import Compiled
+from rosorin_compile import CompileResult
 from rosorin_compile.formats.compilation import compile_robot
 
 
 def compile_unrounded(
     path: Path, arguments: Mapping[str, Any] | None = None, packages: Mapping[str, Path] | None = None
-) -> Compiled:
+) -> CompileResult:
     """Compile a description; numbers are exact where an output does not say how it prints them."""
     return compile_robot(path, arguments, packages=packages, exact=True)

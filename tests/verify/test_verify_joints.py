@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.model import Pose
 from rosorin_compile.recordings.expected_edges import Description, Options
 from rosorin_compile.recordings.results import Verification
@@ -21,7 +21,7 @@ ROBOTS = [*sorted((ROOT / "examples").glob("*/robot.yaml")), DATA / "stock_nodes
 STATE = "sensor_msgs/msg/JointState"
 
 
-def judged(made: Compiled, folder: Path, said: list[Message]) -> Verification:
+def judged(made: CompileResult, folder: Path, said: list[Message]) -> Verification:
     assert made.robot is not None
     bag = bags.write(folder, sorted(said, key=lambda message: message.received))
     return verify(made.robot, made.artifacts, str(bag), Options())

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compilation import Compiled, compile_robot, emit_published
+from rosorin_compile.formats.compilation import CompileResult, compile_robot, emit_published
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected_edges import Options
 from rosorin_compile.recordings.results import Verification, summary
@@ -150,20 +150,20 @@ PARTS: dict[bool, dict[str, list[Message]]] = {
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
+def made(tmp_path_factory: pytest.TempPathFactory) -> CompileResult:
     path = tmp_path_factory.mktemp("robot") / "robot.yaml"
     path.write_text(TWO_MODES, "utf-8")
     return compile_robot(path)
 
 
-def of(made: Compiled, folder: Path, said: list[Message], **options: object) -> Verification:
+def of(made: CompileResult, folder: Path, said: list[Message], **options: object) -> Verification:
     assert made.robot is not None, made.diagnostics
     bag = bags.write(folder, sorted(said, key=lambda message: message.received))
     return verify(made.robot, made.artifacts, str(bag), Options(**options))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("slam", [True, False])
-def test_each_mode_is_compared_with_what_it_has(made: Compiled, tmp_path: Path, slam: bool) -> None:
+def test_each_mode_is_compared_with_what_it_has(made: CompileResult, tmp_path: Path, slam: bool) -> None:
     said = [*ALWAYS, *(message for part in PARTS[slam].values() for message in part)]
     verdict = of(made, tmp_path / "fits", said)
     assert verdict.findings == ()
@@ -183,7 +183,7 @@ def test_each_mode_is_compared_with_what_it_has(made: Compiled, tmp_path: Path, 
     }
 
 
-def test_what_is_described_in_another_mode_is_said_so(made: Compiled, tmp_path: Path) -> None:
+def test_what_is_described_in_another_mode_is_said_so(made: CompileResult, tmp_path: Path) -> None:
     said = [*ALWAYS, *(message for part in PARTS[False].values() for message in part), *PARTS[True]["probe"]]
     verdict = of(made, tmp_path / "bag", said, modes={"slam": False})
     assert [finding.message for finding in verdict.findings] == [
@@ -191,7 +191,7 @@ def test_what_is_described_in_another_mode_is_said_so(made: Compiled, tmp_path: 
     ]
 
 
-def test_edges_of_two_modes_are_of_none(made: Compiled, tmp_path: Path) -> None:
+def test_edges_of_two_modes_are_of_none(made: CompileResult, tmp_path: Path) -> None:
     parts = PARTS[True] | {"odom": PARTS[False]["odom"]}
     verdict = of(made, tmp_path / "bag", [*ALWAYS, *(message for part in parts.values() for message in part)])
     assert [finding.message for finding in verdict.findings] == [
@@ -203,7 +203,7 @@ def test_edges_of_two_modes_are_of_none(made: Compiled, tmp_path: Path) -> None:
     assert rules(verdict) == ["edge-wrong-value"]
 
 
-def one_link(folder: Path) -> Compiled:
+def one_link(folder: Path) -> CompileResult:
     path = folder / "box.urdf"
     path.write_text('<robot name="box"><link name="box"/></robot>', "utf-8")
     return emit_published(Request(RobotOnDisk.from_path(path)).understand(), path)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rosorin_compile
-from rosorin_compile import Compiled, Robot
+from rosorin_compile import CompileResult, Robot
 from rosorin_compile.model import Edge, Link, Publisher
 from rosorin_compile.source.diagnostics import has_errors
 from support.paths import OUTPUTS, ROOT, ROSORIN, data_text
@@ -27,7 +27,7 @@ def small(tmp_path: Path) -> Path:
     return path
 
 
-def texts(compiled: Compiled) -> dict[str, str]:
+def texts(compiled: CompileResult) -> dict[str, str]:
     assert compiled.robot is not None, compiled.diagnostics
     return {artifact.file: artifact.text for artifact in compiled.artifacts}
 

@@ -14,7 +14,7 @@ import pytest
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot
-from rosorin_compile.model.drive import Twist, driving_of
+from rosorin_compile.model.drive import Twist, drive_kinematics
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
@@ -123,7 +123,7 @@ def test_the_reference_robot_drives_in_its_scene(tmp_path: Path) -> None:
     for command in (FORWARD, LEFT):
         mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
         mujoco.mj_step(model, data, 250)
-        for joint, value in driving_of(made.robot).speeds(command).items():
+        for joint, value in drive_kinematics(made.robot).speeds(command).items():
             data.actuator(joint).ctrl = value
         mujoco.mj_step(model, data, 250)
         start = data.qpos[:2].copy()

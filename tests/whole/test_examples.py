@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.diagnostics import text as report
@@ -37,7 +37,7 @@ MASSES = {
 
 
 @lru_cache
-def example(name: str) -> Compiled:
+def example(name: str) -> CompileResult:
     return compiled(ROOT / "examples" / name / "robot.yaml")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.source.diagnostics import NOTE, Source, text
 from rosorin_compile.source.load import parse_yaml
@@ -24,7 +24,7 @@ SAME = [case for case in ALL if case.has("robot.yaml") and not case.expected]
 REFUSED = [case for case in ALL if case.expected]
 
 
-def compiled_case(case: Case, by: Callable[..., Compiled] = compile_robot) -> Compiled:
+def compiled_case(case: Case, by: Callable[..., CompileResult] = compile_robot) -> CompileResult:
     with ready(case):
         return by(Path("robot.yaml"), case.arguments)
 

@@ -108,7 +108,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     """Compile one robot and compare it with its outputs folder; add the changes to the HTML page, if there is one."""
     console, name, request = run.console, description.name, run.request(description)
     on_stdin = description.path == Description.ON_STDIN
-    checked = api.Checked(request.compile(), description.outputs) if on_stdin else api.check(request)
+    checked = api.CheckResult(request.compile(), description.outputs) if on_stdin else api.check(request)
     compiled, committed, folder = checked.compiled, checked.committed, checked.folder
     inputs = request.inputs(compiled)
     console.print_read(inputs)
@@ -123,7 +123,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
         return PROBLEMS
     if page is not None:
         page.take(request, compiled, committed)
-    if committed.differing():
+    if committed.differing_files():
         lines = committed.lines(full=getattr(run, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
         console.differ("not up to date", lines, found)

@@ -270,7 +270,7 @@ _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
     """Return a function for shell completion of names; the kind "joint=" completes names of joints followed by "="."""
 
-    def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    def visible_options(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
         for kind in reversed(kinds):
             suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
@@ -280,7 +280,7 @@ def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], lis
         items = [CompletionItem(name, help=help or None) for name, help in shown]
         return items or ([CompletionItem(incomplete, type="file")] if {"robot", "file"} & set(kinds) else [])
 
-    return offered
+    return visible_options
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:

@@ -26,7 +26,7 @@ from rosorin_compile.source.wording import count_of, phrase
 from .console import FINE, PROBLEMS, Console
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compilation import Compiled
+    from rosorin_compile.formats.compilation import CompileResult
     from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changes_page import Pictures
 
@@ -275,7 +275,12 @@ def severities(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def write_depfile(
-    run: Run, target: str, compiled: Compiled, inputs: Sequence[Path], made: Sequence[Path], newer: Sequence[Path] = ()
+    run: Run,
+    target: str,
+    compiled: CompileResult,
+    inputs: Sequence[Path],
+    made: Sequence[Path],
+    newer: Sequence[Path] = (),
 ) -> None:
     """Write the requested depfile, then touch the files ``newer``, which must be newer than it. Raises OutputError.
 

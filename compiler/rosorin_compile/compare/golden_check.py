@@ -13,7 +13,7 @@ from posixpath import commonprefix
 from typing import NamedTuple
 
 from rosorin_compile.formats import FORMATS, Artifact
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
@@ -155,7 +155,7 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
     return lines
 
 
-class Committed(NamedTuple):
+class GoldenDifferences(NamedTuple):
     """The differences between committed files and compiled artifacts, and the errors of engines that load these.
 
     ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are artifacts that
@@ -169,7 +169,7 @@ class Committed(NamedTuple):
     folder: Path
     edited: tuple[Artifact, ...] = ()
 
-    def differing(self) -> tuple[str, ...]:
+    def differing_files(self) -> tuple[str, ...]:
         """Return the names of the files that differ from the compiled ones."""
         return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
 
@@ -185,8 +185,8 @@ class Committed(NamedTuple):
 
 
 def compare_committed(
-    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
-) -> Committed:
+    compiled: CompileResult, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
+) -> GoldenDifferences:
     """Compare a compiled robot without errors with the files in its outputs folder.
 
     ``load`` returns the robot with source positions, to which errors of engines are mapped.
@@ -201,7 +201,7 @@ def compare_committed(
     wrong = [name for name, data in meshes.items() if data != committed.get(name)]
     changed = tuple((name, f"{whats[name in committed]}; rosorin-compile all writes it") for name in wrong)
     edited = _edited(present, committed) if comparison.changes else ()
-    return Committed(comparison, committed, changed, load_all(present, folder, load), folder, edited)
+    return GoldenDifferences(comparison, committed, changed, load_all(present, folder, load), folder, edited)
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:

@@ -7,14 +7,23 @@ from importlib import import_module
 
 from rosorin_compile.language.schema import authoring_schema, schema
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Output, Robot
-from rosorin_compile.rules.case import feeding
+from rosorin_compile.rules.case import outputs_read_by
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.plugins import installed_plugins
 from rosorin_compile.source.project import data_folder
 
-from .format import Artifact, Format, Opened
+from .format import Artifact, Format, ImportFile
 
-__all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
+__all__ = [
+    "FORMATS",
+    "Artifact",
+    "Format",
+    "Formats",
+    "ImportFile",
+    "plugged_diagnostics",
+    "schema_names",
+    "schema_text",
+]
 
 # Formats by package. The module of a format defines ``FORMAT`` and is imported on first use.
 _PACKAGES = {
@@ -56,7 +65,7 @@ class Formats(Mapping[str, Format]):
         return name in _MODULES
 
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
-        return feeding(robot, publisher, self)
+        return outputs_read_by(robot, publisher, self)
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:
         return publisher in self[artifact.backend].feeds and not artifact.withheld

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.arguments import with_wanted
-from rosorin_compile.language.expand.description import Expanded, expand
+from rosorin_compile.language.expand.description import ExpandedDescription, expand
 from rosorin_compile.language.expand.included_robots import Tell
 from rosorin_compile.language.expression.functions import plugin_functions as plugged_functions
-from rosorin_compile.language.lower import Lowered, lower
+from rosorin_compile.language.lower import LoweredRobot, lower
 from rosorin_compile.language.schema import plugin_sections as plugged_sections
 from rosorin_compile.language.suppressions import Entry, apply, unknown_rules, unused_entries
 from rosorin_compile.language.validate import validate
@@ -20,34 +20,34 @@ from rosorin_compile.rules import check as rules
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.magnitudes import collect
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
-from rosorin_compile.source.files import label, read_text, recording
+from rosorin_compile.source.files import label, read_text, record_reads
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, Resolved, tool_folders
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, PackageFolder, tool_folders
 from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import count_of
 
 from . import FORMATS, Artifact, plugged_diagnostics
 from .format import notes as unsupported_notes
-from .imported_robot import Imported, ReadOptions, as_tree
-from .mesh_files import Searched
+from .imported_robot import ImportedRobot, ReadOptions, as_tree
+from .mesh_files import SearchResult
 from .robot_files import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
 
-Search = Callable[[Map, Sequence[Output]], Searched]
+Search = Callable[[Map, Sequence[Output]], SearchResult]
 
 
 class Understood(NamedTuple):
     """A loaded robot: the expanded YAML tree, the robot model (None after errors), and all diagnostics."""
 
-    expanded: Expanded
-    lowered: Lowered | None
+    expanded: ExpandedDescription
+    lowered: LoweredRobot | None
     diagnostics: list[Diagnostic]
     used: frozenset[Entry] = frozenset()  # entries of ``accept`` that suppressed a diagnostic
-    imported: Imported | None = None  # the imported file, if the robot is not a description
+    imported: ImportedRobot | None = None  # the imported file, if the robot is not a description
 
     @property
     def robot(self) -> Robot | None:
@@ -71,7 +71,7 @@ class Variant:
 
 
 @dataclass(frozen=True)
-class Compiled:
+class CompileResult:
     """The result of a compilation: the robot and its artifacts, which are missing after errors, and all diagnostics.
 
     ``inputs`` are all files that can change the result, including the ``missing`` files, which were not found.
@@ -82,8 +82,8 @@ class Compiled:
     artifacts: tuple[Artifact, ...]
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
-    resolved: tuple[Resolved, ...] = ()  # the packages that were looked up, with their folders
-    meshes: Searched | None = None
+    resolved: tuple[PackageFolder, ...] = ()  # the packages that were looked up, with their folders
+    meshes: SearchResult | None = None
     variant: Variant | None = None
     missing: tuple[Path, ...] = ()
 
@@ -108,7 +108,7 @@ class Compiled:
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadResult:
     """The result of reading a robot in any format: the model, all diagnostics, the input files, the YAML tree."""
 
     robot: Robot | None
@@ -133,7 +133,7 @@ class RobotReader:
 
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
-    ) -> Imported:
+    ) -> ImportedRobot:
         """Read the file that ``entry`` includes; ``by`` is the source position of the entry, without expressions."""
         call = entry if "macro" in entry else None
         options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
@@ -155,7 +155,7 @@ def understand(
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
-def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
+def judge(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> Understood:
     """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
@@ -203,14 +203,14 @@ def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), o
     return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
 
-def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
+def _with_outputs(imported: ImportedRobot, names: Sequence[str]) -> ExpandedDescription:
     tree = imported.tree
     if tree is not None:
         entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}
         tree = tree.copy()
         tree.pop("outputs", None)
         tree.put("outputs", as_tree(entries, tree.span, ["outputs"]), tree.span, tree.span)
-    return Expanded(tree, imported.diagnostics, imported.files)
+    return ExpandedDescription(tree, imported.diagnostics, imported.files)
 
 
 def compile_robot(
@@ -223,14 +223,14 @@ def compile_robot(
     cache: dict[Any, Any] | None = None,
     *,
     exact: bool = False,
-) -> Compiled:
+) -> CompileResult:
     """Compile the description at ``path``; ``exact`` prints numbers with all digits. Errors are diagnostics."""
 
     def with_all_digits(output: Output) -> Output:
         has_option = "number_format" in FORMATS[output.backend].options
         return replace(output, options={"number_format": "exact", **output.options}) if has_option else output
 
-    with recording() as recorded:
+    with record_reads() as recorded:
         try:
             understood = understand(path, arguments, tell, packages, requested, cache)
             lowered = understood.lowered
@@ -244,7 +244,9 @@ def compile_robot(
             if problem.filename is None:
                 raise
             message = f"cannot read {label(os.fsdecode(problem.filename))}: {problem.strerror}"
-            compiled = Compiled(None, (), [error("file-unreadable", message, None, "check the permissions")], (path,))
+            compiled = CompileResult(
+                None, (), [error("file-unreadable", message, None, "check the permissions")], (path,)
+            )
     listed = {*map(os.path.abspath, compiled.inputs)}
     own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
     places = {os.path.abspath(path): path for path in recorded if path.name != PACKAGE_XML}
@@ -252,12 +254,14 @@ def compile_robot(
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=tuple(path for path in new if not recorded[path]))
 
 
-def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
+def emit(
+    understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()
+) -> CompileResult:
     """Generate all or the ``requested`` artifacts of a loaded robot; ``search`` finds its mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
     tree = expanded.tree
     if tree is None or robot is None:
-        return Compiled(None, (), diagnostics, expanded.files)
+        return CompileResult(None, (), diagnostics, expanded.files)
     meshes, acceptable, found = None, rules.acceptable(), list[Diagnostic]()
     named = {output.name: output for output in robot.outputs}
     outputs = [named[name] for name in dict.fromkeys(requested or named)]
@@ -283,10 +287,12 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         found += unused_entries(tree, understood.used | more, rules.acceptable(), stages)
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
-    return Compiled(robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes)
+    return CompileResult(
+        robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes
+    )
 
 
-def emit_published(understood: Understood, path: Path) -> Compiled:
+def emit_published(understood: Understood, path: Path) -> CompileResult:
     """Return the URDF of a robot that was loaded with ``understand_foreign``; a URDF file is returned unchanged."""
     compiled = emit(understood, path)
     if path.suffix.lower() in FORMATS.published_format().endings:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
-    from .imported_robot import Imported, Proof, ReadOptions
-    from .mesh_files import Searched
+    from .imported_robot import ImportedRobot, Proof, ReadOptions
+    from .mesh_files import SearchResult
     from .templating import Templates
 
 
@@ -75,7 +75,7 @@ Where = int | Span  # a line number or a source position
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
-class Placed(NamedTuple):
+class SourceValue(NamedTuple):
     """A value of a description with its source position."""
 
     value: Any
@@ -83,7 +83,7 @@ class Placed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Opened:
+class ImportFile:
     """A file to import. ``document`` is its XML, or None; ``asked`` is the source position that refers to the file.
 
     Lines and columns start at 1. ``text`` and ``source`` raise MarkupError, which a reader does not need to catch.
@@ -109,9 +109,9 @@ class Opened:
             raise ValueError(f"{self.path} is not XML")
         return self.document
 
-    def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> Placed:
+    def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> SourceValue:
         """Attach a source position to a value, for diagnostics."""
-        return Placed(value, self._span(where, column, length))
+        return SourceValue(value, self._span(where, column, length))
 
     def problem(self, message: str, where: Where = 1, column: int = 1, length: int = 1, help: str = "") -> MarkupError:
         """Return the exception for a reader to raise if the file is invalid."""
@@ -148,7 +148,7 @@ def xml_syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
-class Asked(NamedTuple):
+class OutputEntry(NamedTuple):
     """The entry of ``outputs`` for the description of an imported robot, and a remark on unusual options, or ""."""
 
     entry: Mapping[str, Any]
@@ -186,19 +186,19 @@ class Format:
     # Reasons by covered key why an output does not contain the key (None if it does); can depend on its options.
     unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
     # Foreign files, for ``import``, ``include`` and ``diff``.
-    load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
+    load: Callable[[ImportFile], ImportedRobot | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     include: bool = True  # whether a description can include such a file
     takes_arguments: bool = False
     becomes: str = ""  # format after preprocessing (xacro: urdf)
     # Returns the sections that a companion file adds to the description of a robot, and diagnostics.
-    join: Callable[[Opened, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
+    join: Callable[[ImportFile, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
     is_other: Callable[[Document], bool] | None = None  # True for a companion file
     # Returns the output for an imported robot, from its tree, its version and a base name for files.
-    asked: Callable[[Map, str, str], Asked | None] | None = None
+    asked: Callable[[Map, str, str], OutputEntry | None] | None = None
     optional: bool = False  # if the robot cannot be written in this format, omit that output with a remark
     engine_reads: bool = False  # the engine itself parses the source, so ignored XML is not an error
     # Compares an artifact with its imported source in the engine; takes the text and the mesh files.
-    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
+    prove: Callable[[ImportedRobot, str, Mapping[str, str]], Proof] | None = None
     # Functions and flags for comparing two robots or the texts of two artifacts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # links that an output contains
     leaves_out: Callable[[Robot, str], bool] | None = None  # True if the format never contains a link
@@ -217,7 +217,7 @@ class Format:
     located: bool = False  # artifacts contain paths of other artifacts, so ``package`` does not copy them
     meshes: bool = False  # artifacts refer to meshes like a URDF
     opens: Callable[[str], str] | None = None  # path of a mesh relative to the artifact, or "" if unsupported
-    copies: Callable[[Searched, Path], Searched] | None = None  # adds the contents of mesh files
+    copies: Callable[[SearchResult, Path], SearchResult] | None = None  # adds the contents of mesh files
     embeds: bool = False  # artifacts contain the mesh data
     measures: bool = False  # artifacts depend on the sizes of meshes
     beside: Callable[[str], Sequence[str]] | None = None  # names of files that must be in the same folder

@@ -17,7 +17,7 @@ from rosorin_compile.source.numbers import number_format, to_fixed, vector
 from rosorin_compile.source.wording import first_of, phrase
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
-from .format import NUMBER_FORMAT, PLACES, Asked, Format, describe
+from .format import NUMBER_FORMAT, PLACES, Format, OutputEntry, describe
 from .static_tf import FrameTable
 from .templating import Templates
 
@@ -177,7 +177,7 @@ FORMAT = Format(
     write=write,
     view=view,
     read=read,
-    asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
+    asked=lambda *source: OutputEntry({"file": "frames.md"}),  # noqa: ARG005
     syntax=lambda text: [word for word in text.split() if word.strip("-")],
     folder="doc",
 )

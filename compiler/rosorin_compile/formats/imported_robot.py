@@ -1,4 +1,4 @@
-"""``Imported``, a robot that was read from a file in another format, and ``ReadOptions``."""
+"""``ImportedRobot``, a robot that was read from a file in another format, and ``ReadOptions``."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ from rosorin_compile.source.wording import mask_controls
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
 from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
-from .format import Opened, Placed
+from .format import ImportFile, SourceValue
 
 _MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
@@ -50,7 +50,7 @@ class Outputs(NamedTuple):
         return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
 
 
-class Imported(NamedTuple):
+class ImportedRobot(NamedTuple):
     """The result of an import: the YAML tree of the robot (None after errors), all diagnostics, and source data."""
 
     tree: Map | None
@@ -103,9 +103,9 @@ class ReadOptions:
     call: Map | None = None  # entry of ``include`` that calls a xacro macro ("macro", "with", "parent")
 
 
-def convert_result(made: object, opened: Opened) -> Imported:
-    """Convert the result of a reader (Imported, or a description with or without diagnostics). Raises TypeError."""
-    if isinstance(made, Imported):
+def convert_result(made: object, opened: ImportFile) -> ImportedRobot:
+    """Convert the result of a reader (robot, or description with or without diagnostics). Raises TypeError."""
+    if isinstance(made, ImportedRobot):
         if not (made.tree is None or isinstance(made.tree, Map)):
             raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
         return made._replace(diagnostics=[diagnostic_of(one) for one in made.diagnostics])
@@ -116,15 +116,15 @@ def convert_result(made: object, opened: Opened) -> Imported:
     source = {"status": "imported", "note": f"from {mask_controls(opened.path.name)}"}
     for key, value in (("robot", opened.path.stem), ("source", as_tree(source, tree.span, ["source"]))):
         tree.setdefault_at(key, value, tree.span)
-    return Imported(tree, [diagnostic_of(one) for one in diagnostics], files=(opened.path,), checked=False)
+    return ImportedRobot(tree, [diagnostic_of(one) for one in diagnostics], files=(opened.path,), checked=False)
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Convert plain values to a YAML tree, at position ``span`` unless they are ``Placed``. Raises TypeError."""
+    """Convert plain values to a YAML tree, at position ``span`` unless they are ``SourceValue``. Raises TypeError."""
     path = path or []
     if value is None or isinstance(value, (bool, float)):
         return value
-    if isinstance(value, Placed):
+    if isinstance(value, SourceValue):
         return as_tree(value.value, value.span, path)
     if len(path) > MAX_DEPTH:
         raise TypeError(f"{subject(path[:3])} is nested deeper than {MAX_DEPTH} levels")
@@ -136,14 +136,14 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
         for key, item in value.items():
             if not isinstance(key, str):
                 raise TypeError(f"{subject(path)} has a key that is not text: {key!r}")
-            place = item.span if isinstance(item, Placed) else span
+            place = item.span if isinstance(item, SourceValue) else span
             tree.put(str(key), as_tree(item, span, [*path, key]), place, place)
         return tree
     if isinstance(value, (list, tuple)):
         items = Seq(span)
         for index, item in enumerate(value):
             default = value.value_spans[index] if isinstance(value, Seq) else span
-            items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, Placed) else default)
+            items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, SourceValue) else default)
         return items
     if isinstance(value, Real):
         return int(value) if isinstance(value, Integral) and abs(int(value)) < _LARGEST else float(value)

@@ -24,7 +24,7 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 from rosorin_compile.source.files import label
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved
+from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, PackageFolder
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
 
@@ -60,7 +60,7 @@ class NamedFile(NamedTuple):
         return list(dict.fromkeys(Path(span.source.path).parent for span in self.spans))
 
 
-class Found(NamedTuple):
+class FoundFile(NamedTuple):
     """A file that was found, with its names in artifacts, relative to the folder of the artifacts."""
 
     named: NamedFile
@@ -69,14 +69,14 @@ class Found(NamedTuple):
     beside: tuple[str, ...] = ()  # names in other artifacts
 
 
-class Searched(NamedTuple):
+class SearchResult(NamedTuple):
     """The result of a search for files."""
 
-    found: tuple[Found, ...] = ()
+    found: tuple[FoundFile, ...] = ()
     missing: frozenset[str] = frozenset()  # names without a usable file
     diagnostics: Sequence[Diagnostic] = ()
     by_name: Mapping[str, Path] = MappingProxyType({})  # path of each file that was found
-    resolved: tuple[Resolved, ...] = ()  # the packages that were looked up, with their folders
+    resolved: tuple[PackageFolder, ...] = ()  # the packages that were looked up, with their folders
     files: Mapping[str, bytes] = MappingProxyType({})  # contents of files to write with the artifacts, by name
 
     def add_to(self, robot: Robot) -> Robot:
@@ -97,7 +97,7 @@ class Places(NamedTuple):
         """Find all meshes (or textures, by ``kind``) of a description and return their paths by name."""
         return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
-    def search(self, tree: Map, relative: bool = True) -> Searched:
+    def search(self, tree: Map, relative: bool = True) -> SearchResult:
         """Search meshes and textures by the names in an imported file; ``relative`` includes relative paths."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
         found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
@@ -111,13 +111,13 @@ class Places(NamedTuple):
                 yield from (Path(span.source.path).parent / one.name for span in one.spans)
 
 
-def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
+def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult:
     """Search the files to which a description refers and which these outputs need."""
     formats = [RECORDS[output.backend] for output in outputs]
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming, embeds = any(one.measures or one.meshes for one in formats), any(one.embeds for one in formats)
     if not (opening or naming or embeds):
-        return Searched()
+        return SearchResult()
     named = named_files(tree, MESH)
     for texture in named_files(tree, TEXTURE) if opening else ():  # formats that do not open textures do not need them
         is_named = naming and is_relative(urdf_file_name(texture.name))
@@ -134,7 +134,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     return searched._replace(by_name={**images, **searched.by_name})
 
 
-def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> Searched:
+def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
     """Add the contents of the files to write with the artifacts in ``folder`` to the result of a search."""
     if has_errors(searched.diagnostics):
         return searched
@@ -239,13 +239,13 @@ class _Search:
         self.has_outputs = bool(self.opening or self.naming) or any(RECORDS[one.backend].measures for one in outputs)
         self.left_out = f", and left out of {first_of([one.file for one in self.opening], 2)}" if self.opening else ""
         self.finders: dict[Path, Packages] = {}
-        self.found: list[Found] = []
+        self.found: list[FoundFile] = []
         self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by name relative to the folder of the artifacts
-        self.resolved: dict[Resolved, None] = {}
+        self.resolved: dict[PackageFolder, None] = {}
         self.diagnostics: list[Diagnostic] = []
         self.absent: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by reason, help, severity and kind
 
-    def run(self, named: Sequence[NamedFile]) -> Searched:
+    def run(self, named: Sequence[NamedFile]) -> SearchResult:
         missing, by_name = set[str](), dict[str, Path]()
         for one in named:
             opened = sorted({name for output in self.opening if (name := opened_by(output, one.name, one.kind))})
@@ -259,7 +259,7 @@ class _Search:
         for (what, help, severity, kind), many in self.absent.items():
             rule = "element-file-not-found" if kind == OF_ELEMENT else "mesh-not-found"
             self.diagnostics.append(files_diagnostic(rule, what, help, severity, many))
-        return Searched(tuple(self.found), frozenset(missing), self.diagnostics, by_name, tuple(self.resolved))
+        return SearchResult(tuple(self.found), frozenset(missing), self.diagnostics, by_name, tuple(self.resolved))
 
     def _file(self, one: NamedFile, copies: Sequence[Path]) -> Path | None:
         scheme, rest = one.address
@@ -341,7 +341,7 @@ class _Search:
                 self._absent(inner, what, "put the file beside the mesh, or export the mesh again", WARNING)
 
     def _take(self, one: NamedFile, file: Path, opened: Sequence[str], named: Sequence[str]) -> None:
-        found = Found(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named)))
+        found = FoundFile(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named)))
         self.found.append(found)
         for place in dict.fromkeys((*found.places, *found.beside)):
             first, other = self.taken.setdefault(place, (one, file))
@@ -381,7 +381,7 @@ class _Search:
             self.finders[folder] = Packages(self.places.packages, self.places.environment, folder / "robot.yaml")
         found = self.finders[folder].find(name)
         if found is not None and name not in self.places.packages:
-            self.resolved[Resolved(ROS_PACKAGE, name, Path(os.path.abspath(found)))] = None
+            self.resolved[PackageFolder(ROS_PACKAGE, name, Path(os.path.abspath(found)))] = None
         yield from () if found is None else (found,)
 
     def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:

@@ -15,8 +15,8 @@ from rosorin_compile.source.project import ENDINGS, data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 from rosorin_compile.source.xml.markup import MarkupError
 
-from .format import Asked, Format, Refusal
-from .imported_robot import Imported, convert_result
+from .format import Format, OutputEntry, Refusal
+from .imported_robot import ImportedRobot, convert_result
 from .templating import TemplateProblem
 
 
@@ -79,7 +79,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
             if name == "check":
                 return [diagnostic]
             if name == "load":
-                return Imported(None, [diagnostic], files=(arguments[0].path,))
+                return ImportedRobot(None, [diagnostic], files=(arguments[0].path,))
             if name in ("read", "syntax", "data"):
                 raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
             raise PluginFailed(diagnostic) from None
@@ -103,5 +103,5 @@ def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...
         return text, diagnostics
     if name in ("view", "read") and (not is_dataclass(result) or isinstance(result, type)):
         raise TypeError(f"view and read return a dataclass, such as a Robot, not {str(result)[:60]!r}")
-    kinds = {"refusal": Refusal, "asked": Asked}
+    kinds = {"refusal": Refusal, "asked": OutputEntry}
     return kinds[name](*(result if isinstance(result, tuple) else (result,))) if name in kinds else result

@@ -22,9 +22,9 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml import markup
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
-from . import FORMATS, Format, Opened, plugged_diagnostics
-from .format import Placed
-from .imported_robot import Imported, Outputs, ReadOptions, as_tree, convert_result, file_name
+from . import FORMATS, Format, ImportFile, plugged_diagnostics
+from .format import SourceValue
+from .imported_robot import ImportedRobot, Outputs, ReadOptions, as_tree, convert_result, file_name
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
@@ -37,7 +37,7 @@ _OTHER_FORMATS = {
 }
 
 
-def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
+def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> ImportedRobot:
     """Import a robot; ``asked`` is the source position of a reference to the file. Errors are diagnostics."""
     Progress.step(f"reading {path.name}")
     notes, more = list[Diagnostic](), plugged_diagnostics()  # a broken plug-in may define the format of this file
@@ -47,7 +47,7 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
         read = convert_result(format.load(opened) if format.load is not None else {}, opened)
     except (MarkupError, PluginFailed) as problem:
         more = () if isinstance(problem, PluginFailed) else more
-        return Imported(None, [*notes, problem.diagnostic, *more], files=(path,))
+        return ImportedRobot(None, [*notes, problem.diagnostic, *more], files=(path,))
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
@@ -55,14 +55,14 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
     return read._replace(takes_arguments=format.takes_arguments and not read.unexpanded)
 
 
-def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:
+def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, ImportFile, list[Diagnostic]]:
     suffix = path.suffix.lower()
     if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"
         raise MarkupError(error("wrong-format", message, asked, f"import reads {known_formats()}"))
     by_name = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
     if by_name is not None:
-        return by_name, Opened(path, options, asked=asked), []
+        return by_name, ImportFile(path, options, asked=asked), []
     document, notes = _parsed(path, options, asked)
     other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
     if other is not None:
@@ -79,10 +79,10 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
         help = f"name the file{expanded if format.takes_arguments else ''}"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
-    return format, Opened(path, options, document, asked), notes
+    return format, ImportFile(path, options, document, asked), notes
 
 
-def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
+def join(imported: ImportedRobot, name: str, path: Path, options: ReadOptions) -> ImportedRobot:
     """Add the sections of a companion file in the format ``name`` to a robot; the tree is None after errors."""
     format, tree = FORMATS[name], imported.tree
     if format.join is None or tree is None:
@@ -91,7 +91,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         document, notes = _parsed(path, options)
         if document.root.tag != "robot":
             raise MarkupError(_wrong_root(document))
-        sections, found = format.join(Opened(path, options, document), tree)
+        sections, found = format.join(ImportFile(path, options, document), tree)
     except MarkupError as problem:
         return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
     diagnostics = [*notes, *found]
@@ -161,7 +161,7 @@ def _wrong_root(document: Document) -> Diagnostic:
     return error("wrong-root", message, document.root.span, "did you mean <robot>?" if tag.lower() == "robot" else help)
 
 
-def outputs_of(imported: Imported, why: str = "") -> Outputs:
+def outputs_of(imported: ImportedRobot, why: str = "") -> Outputs:
     """Return the outputs for an imported robot; ``why`` is the reason to omit optional formats, or ""."""
     made, tree = Outputs({}, {}, {}), imported.whole
     for format in FORMATS.values():
@@ -195,10 +195,12 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
                 names.setdefault((one.rule, name), one.span or tree.span)
         if len(names) == count:
             break
-        count, entries = len(names), list[Placed]()
+        count, entries = len(names), list[SourceValue]()
         for rule in sorted({rule for rule, _ in names}):
-            of = [Placed(name, span) for (violated, name), span in names.items() if violated == rule]
-            entries.append(Placed({"rule": rule, "of": of, "reason": "the robot was imported with it"}, of[0].span))
+            of = [SourceValue(name, span) for (violated, name), span in names.items() if violated == rule]
+            entries.append(
+                SourceValue({"rule": rule, "of": of, "reason": "the robot was imported with it"}, of[0].span)
+            )
         tree = tree.copy()
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)

@@ -19,8 +19,8 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import mask_controls
 
-from .format import PLACES, Format, Opened
-from .imported_robot import Imported, as_tree
+from .format import PLACES, Format, ImportFile
+from .imported_robot import ImportedRobot, as_tree
 from .robot_files import accept, lower_artifact
 from .templating import Templates
 
@@ -150,7 +150,7 @@ def _robot_of(model: Mapping[str, Any]) -> Robot:
     return lower_artifact(tree, ())
 
 
-def _load(opened: Opened) -> Imported:
+def _load(opened: ImportFile) -> ImportedRobot:
     source, path = opened.source, opened.path
     start, wrong, tree = Span(source, 1, 1), list[Diagnostic](), None
     try:
@@ -158,14 +158,14 @@ def _load(opened: Opened) -> Imported:
     except ValueError as problem:
         place = Span(source, problem.lineno, problem.colno) if isinstance(problem, json.JSONDecodeError) else start
         message = f"not JSON: {problem.msg if isinstance(problem, json.JSONDecodeError) else problem}"
-        return Imported(None, [error("json-syntax", message, place, "correct it")], files=(path,))
+        return ImportedRobot(None, [error("json-syntax", message, place, "correct it")], files=(path,))
     for misfit in misfits_of(validator("robot_model"), model):
         message = f"not a driver's model: {subject(misfit.path) if misfit.path else 'the file'}: {words_of(misfit)}"
         wrong.append(error("wrong-format", message, start, "the file is to fit schemas/robot_model.schema.json"))
     if not wrong:  # The rules require limits of effort and velocity, which the format does not have.
         note = f"from {mask_controls(path.name)}: {model['source']}".removesuffix(": ")
         tree, wrong = accept(as_tree(_description(model, note, path.stem), start), lenient=True)
-    return Imported(tree, wrong, files=(path,))
+    return ImportedRobot(tree, wrong, files=(path,))
 
 
 def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> dict[str, Any]:

@@ -224,7 +224,7 @@ def render_request() -> None:
         raise _OutOfTime(_OUT_OF_TIME)
 
     folder, first, name, values = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by the parent
-    with files.recording() as inputs:
+    with files.record_reads() as inputs:
         templates = Templates(folder, first=first)
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # generates random text

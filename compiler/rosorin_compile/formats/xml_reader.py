@@ -16,7 +16,7 @@ from rosorin_compile.source.wording import and_more, count_of, plural, quote
 from rosorin_compile.source.xml.elements import canonical, kept_text, tree_of
 from rosorin_compile.source.xml.markup import Element, Word, correction, name_of
 
-from .format import Placed, cannot_carry
+from .format import SourceValue, cannot_carry
 from .imported_robot import ReadOptions
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
@@ -162,7 +162,7 @@ class XmlReader:
 
     def numbers(
         self, words: Sequence[Word], element: Element, name: str, span: Span, count: int, unit: str = "", tag: str = ""
-    ) -> list[Placed] | None:
+    ) -> list[SourceValue] | None:
         """Parse the numbers of an attribute, or of the text if the name is empty; return None after an error."""
         # An invalid number, such as one with a comma, is reported instead of the wrong count that it causes.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
@@ -170,12 +170,12 @@ class XmlReader:
             message = f"{_described(element, name)} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
             return None
-        made = list[Placed]()
+        made = list[SourceValue]()
         for word in words:
             value = self.number(word, element, name, unit, tag)
             if value is None:
                 return None
-            made.append(Placed(value, word.span))
+            made.append(SourceValue(value, word.span))
         return made
 
     def number(self, word: Word, element: Element, name: str, unit: str = "", tag: str = "") -> float | None:
@@ -271,6 +271,6 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: XmlRead
     return None if found is None else made
 
 
-def put(entry: Map, key: str, value: Any, element: Element) -> None:
+def put_value(entry: Map, key: str, value: Any, element: Element) -> None:
     """Set a key of an entry, with the source position of an element."""
     entry.put(key, value, element.span, element.span)

@@ -15,7 +15,7 @@ from pathlib import Path as FilePath
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from rosorin_compile.formats.imported_robot import Comment, Imported, Outputs
+from rosorin_compile.formats.imported_robot import Comment, ImportedRobot, Outputs
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import printable
 from rosorin_compile.source.numbers import exact
@@ -33,7 +33,7 @@ MAX_LINES = 150  # longer descriptions are split into several files
 V = TypeVar("V")
 
 
-def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
+def write(imported: ImportedRobot, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
     """Return the YAML text of each file of a description by file name, ``robot.yaml`` first.
 
     ``wanted`` is the section ``outputs``, ``schema`` the relative path of the JSON schema for editors. The description

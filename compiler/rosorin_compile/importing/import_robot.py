@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions, file_name
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions, file_name
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output.artifact_set import write_set
@@ -231,7 +231,7 @@ def _check_options(
 
 def _read(
     source: Path, reading: ReadOptions, companions: Mapping[str, Path], strict: bool
-) -> tuple[Imported, list[Diagnostic]]:
+) -> tuple[ImportedRobot, list[Diagnostic]]:
     """Read the robot file and its companion files, such as an SRDF. Raises RequestError."""
     imported = read_robot(source, reading)
     if reading.arguments and not imported.takes_arguments and imported.tree is not None:
@@ -289,7 +289,7 @@ def _check_folder(folder: Path, help: str) -> None:
             raise RequestError(message)
 
 
-def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
+def _report(folder: Path, imported: ImportedRobot, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
     """Return the import report: size, comparison with the source, and elements that were copied or left out."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())

@@ -10,7 +10,7 @@ import posixpath
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from rosorin_compile.formats.imported_robot import Imported, as_tree
+from rosorin_compile.formats.imported_robot import ImportedRobot, as_tree
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, first_of
@@ -104,7 +104,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
     return found
 
 
-def seen_from(imported: Imported, folder: Path) -> Imported:
+def seen_from(imported: ImportedRobot, folder: Path) -> ImportedRobot:
     """Make the paths in the section ``source`` of a robot, which are relative to ``folder``, absolute."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):

@@ -12,9 +12,9 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.formats.gazebo import element_differences, followers_of
-from rosorin_compile.formats.imported_robot import Imported, Outputs, Proof
+from rosorin_compile.formats.imported_robot import ImportedRobot, Outputs, Proof
 from rosorin_compile.formats.robot_files import outputs_of
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
@@ -39,14 +39,14 @@ class RoundTrip(NamedTuple):
     files: dict[str, str]
     outputs: Outputs  # the section ``outputs``: artifacts to compile
     diagnostics: list[Diagnostic]  # compile errors, or differences from the source
-    shown: Imported  # the robot as written to ``files``, with parts if any were made
+    shown: ImportedRobot  # the robot as written to ``files``, with parts if any were made
     proof: Proof = Proof()  # comparison in a simulator, such as MuJoCo for an MJCF
     untold: tuple[Diagnostic, ...] = ()  # errors for differences that no other diagnostic reports
     reordered: bool = False  # True if the order of moving joints differs from the source
 
 
 def check_round_trip(
-    imported: Imported,
+    imported: ImportedRobot,
     folder: Path,
     parts: bool = True,
     plain: Map | None = None,
@@ -68,7 +68,7 @@ def check_round_trip(
 
 
 def _round_trip(
-    imported: Imported, shown: Imported, folder: Path, plain: Map | None, packages: Mapping[str, Path]
+    imported: ImportedRobot, shown: ImportedRobot, folder: Path, plain: Map | None, packages: Mapping[str, Path]
 ) -> RoundTrip:
     """Compile ``shown`` (the robot ``imported``, possibly with parts), and compare it with ``imported``."""
     Progress.step("proving the import")
@@ -120,7 +120,7 @@ def schema_path(folder: Path) -> str:
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
-def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: Any) -> Compiled:
+def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: Any) -> CompileResult:
     """Compile a description, given as text by file name, in a temporary folder."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
         for name, text in texts.items():
@@ -128,7 +128,9 @@ def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: 
         return compile_robot(Path(stage, Description.ROOT_FILE), packages=packages, **options)
 
 
-def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
+def _proof(
+    imported: ImportedRobot, shown: ImportedRobot, outputs: Outputs, folder: Path, packages: Mapping[str, Path]
+) -> Proof:
     """Compare the source with the compiled artifact of the same format in a simulator, such as MuJoCo.
 
     The artifact is compiled with the mesh paths and the number format of its final folder.

@@ -17,7 +17,7 @@ from rosorin_compile.source.wording import first_of
 from .expand.description import expand
 from .expand.files import Reader
 from .expression.functions import FUNCTIONS, ExpressionError, KindError, kind_of, plain_value, type_of
-from .origins import Written
+from .origins import SourceEntries
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -61,7 +61,7 @@ def declared_arguments(
         return [], reader.diagnostics
     entries = root["args"] if isinstance(root.get("args"), Map) else Map(root.span)
     expanded = expand(path, arguments, None, packages=packages)
-    written, found = Written(), list[Argument]()
+    written, found = SourceEntries(), list[Argument]()
     for name, entry in entries.items():
         table: Mapping[str, Any] = entry if isinstance(entry, Map) else {"default": entry} if entry is not None else {}
         choice, spans = table.get("one_of"), entry.value_spans if isinstance(entry, Map) else {}

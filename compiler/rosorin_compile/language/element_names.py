@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from rosorin_compile.source.diagnostics import Source
-from rosorin_compile.source.xml.elements import Found, found_in
+from rosorin_compile.source.xml.elements import FlatElement, found_in
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
 LINK, JOINT, EITHER, FRAME = "link", "joint", "link or joint", "frame"
@@ -136,7 +136,7 @@ _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", 
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
 
 
-def kind_of(found: Found, top: bool) -> str:
+def kind_of(found: FlatElement, top: bool) -> str:
     """Return the kind of object that an MJCF element defines, or an empty string."""
     *outer, tag = found.tags
     if tag == "default":
@@ -148,7 +148,7 @@ def kind_of(found: Found, top: bool) -> str:
     return _OF_SECTION.get(outer[0], tag) if len(outer) == 1 else tag if tag == "instance" else ""
 
 
-def defined_names(found: Found, top: bool) -> Iterator[Reference]:
+def defined_names(found: FlatElement, top: bool) -> Iterator[Reference]:
     """Yield the name that an MJCF element defines; as in MuJoCo, an asset without a name has the name of its file."""
     kind = kind_of(found, top)
     attribute = "class" if kind == CLASS else "name"
@@ -160,7 +160,7 @@ def defined_names(found: Found, top: bool) -> Iterator[Reference]:
         yield Reference(stem, kind, "", f"the file of <{found.tags[-1]}>")
 
 
-def used_names(found: Found, top: bool) -> Iterator[Reference]:
+def used_names(found: FlatElement, top: bool) -> Iterator[Reference]:
     """Yield the names of other objects that an MJCF element refers to."""
     tag, attributes = found.tags[-1], found.attributes
     if top and found.tags[0] in _OF_SETTINGS:
@@ -205,7 +205,7 @@ def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
     """Replace each name that a string of MJCF elements defines or refers to by ``rename(name)``."""
 
     def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
-        found = Found(tags, dict(attributes), "", 0)
+        found = FlatElement(tags, dict(attributes), "", 0)
         yield from (one for one in defined_names(found, top) if one.attribute)
         yield from used_names(found, top)
 

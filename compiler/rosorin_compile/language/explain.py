@@ -13,8 +13,8 @@ from rosorin_compile.source.diagnostics import UnknownName
 from rosorin_compile.source.numbers import exact, to_fixed
 from rosorin_compile.source.tree import Path, value_at
 
-from .expand.description import Expanded
-from .lower import Lowered
+from .expand.description import ExpandedDescription
+from .lower import LoweredRobot
 from .origins import Meaning, Origin, Origins, Step, Where
 from .schema import fragment_at, joint_unit, sections
 from .symbols import SymbolTable
@@ -123,7 +123,11 @@ class NamedValue(NamedTuple):
 
 
 def explain(
-    expanded: Expanded, lowered: Lowered, arguments: Mapping[str, Any], names: Sequence[str], pose: str = ""
+    expanded: ExpandedDescription,
+    lowered: LoweredRobot,
+    arguments: Mapping[str, Any],
+    names: Sequence[str],
+    pose: str = "",
 ) -> list[Explanation | Answer | NamedValue]:
     """Explain frames, links, joints, sensors, uses of parts, arguments and named values of a description.
 

@@ -123,7 +123,7 @@ def owner_of_frame(path: Path) -> str:
     return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
-class Lowered(NamedTuple):
+class LoweredRobot(NamedTuple):
     """The robot (None after an error), the places where its joints, links and poses are defined, and the diagnostics.
 
     ``places`` maps kind and name to a path in the YAML: ("joint", "lidar_joint") -> ("sensors", "lidar"). If several
@@ -135,7 +135,7 @@ class Lowered(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def lower(tree: Map, scope: Scope | None = None) -> Lowered:
+def lower(tree: Map, scope: Scope | None = None) -> LoweredRobot:
     """Convert a valid tree to a robot; ``scope``, if not None, is the scope of the description's expressions."""
     lowering = Lowering(tree, scope)
 
@@ -159,7 +159,7 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
     if sections.values:
         robot = with_sections(robot, tree, report, lowering.place)
     refused = [problem for problem in lowering.diagnostics if not is_accepted(tree, problem, _ACCEPTABLE)]
-    return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
+    return LoweredRobot(None if refused else robot, lowering.places, lowering.diagnostics)
 
 
 def _value(section: Section[Any], tree: Mapping[str, Any], lowering: Lowering) -> Any:

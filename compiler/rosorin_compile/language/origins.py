@@ -13,7 +13,7 @@ from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, ma
 from rosorin_compile.source.units import Quantity
 
 from .expand.provenance import scope_of
-from .expand.scope import Failed, Scope
+from .expand.scope import EvaluationFailed, Scope
 from .expression import ExpressionError, evaluate, pieces
 from .expression.functions import FUNCTIONS
 from .symbols import MOUNT
@@ -39,7 +39,7 @@ class Piece(NamedTuple):
     key: Span | None
 
 
-class Written:
+class SourceEntries:
     """Look up what is written at a position; each file is parsed once."""
 
     def __init__(self) -> None:
@@ -145,7 +145,7 @@ class Origins:
 
     def __init__(self, tree: Map, root: Scope, arguments: Mapping[str, Any]) -> None:
         self.tree, self.root, self.arguments = tree, root, arguments
-        self.written = Written()
+        self.written = SourceEntries()
 
     def origin_of(self, path: Path) -> Origin | None:
         """Return where the value at a path was written, or None if it is a default."""
@@ -272,7 +272,7 @@ def _chains(text: str) -> Iterator[tuple[str, str]]:
 def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
     """Return the value of a name, or of the entry ``keys`` of its value with its place (None for the name itself)."""
     place: Place | None = None
-    with suppress(Failed, KeyError, ExpressionError):
+    with suppress(EvaluationFailed, KeyError, ExpressionError):
         value = scope.lookup(name)
         for key, index in _STEP.findall(keys):
             step = key or evaluate(index, scope.lookup)

@@ -30,7 +30,7 @@ LAST = ("accept", "outputs")  # sections that are placed after the sections of p
 _RESERVED = ("parts", "use", "sensor_types", "help")  # sections that only exist before expansion
 
 
-class Plugged(NamedTuple):
+class PluginSections(NamedTuple):
     """The sections that plug-ins define, each with its plug-in, and errors about plug-ins with invalid sections."""
 
     sections: tuple[tuple[Plugin, Section[Any]], ...]
@@ -38,7 +38,7 @@ class Plugged(NamedTuple):
 
 
 @cache
-def plugin_sections() -> Plugged:
+def plugin_sections() -> PluginSections:
     """Load the sections of plug-ins; report and exclude sections that refer to a kind of name that none defines."""
 
     def is_taken(name: str) -> bool:
@@ -57,7 +57,7 @@ def plugin_sections() -> Plugged:
         if not unknown:
             sections.append((plugin, section))
             OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)
-    return Plugged(tuple(sections), tuple(problems))
+    return PluginSections(tuple(sections), tuple(problems))
 
 
 def plugged_sections() -> Mapping[str, Section[Any]]:

@@ -193,13 +193,13 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        text = shown(value)
+        text = format_scalar(value)
         known = {"scale": f"write [{', '.join([text] * 3)}]", "rpy": f"write [0, 0, {text}] for a turn about z"}
         return known.get(key) or (f"write {example}" if is_of_numbers else f"write [{text}]")
     if isinstance(value, Map):
         small = {name.casefold(): name for name in value}
         if names := next((names for names in _VECTORS if small and set(small) <= set(names)), ()):
-            numbers = [shown(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
+            numbers = [format_scalar(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
             return f"write only the numbers: [{', '.join(numbers)}]"
     elif isinstance(value, str):
         if len(listed := numbers_in(value)) > 1 and is_of_numbers:
@@ -241,7 +241,7 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     if isinstance(value, Seq) and value and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
         return 'write its keys without "- "'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
-    only = shown(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
+    only = format_scalar(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
 
 
@@ -254,7 +254,7 @@ def flag_meant(value: Any) -> str:
     return f"write {flag}, without quotes" if flag else ""
 
 
-def shown(value: Any) -> str:
+def format_scalar(value: Any) -> str:
     """Return a scalar as written in a suggestion."""
     if isinstance(value, Quantity):
         return value.text

@@ -135,7 +135,7 @@ def unused_entries(tree: Map, used: Set[Entry], acceptable: Rules, asked: Collec
         if "of" in entry:
             place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
             message += f" about {quote(idle, MAX_LISTED)}"
-            names = SymbolTable(tree).among(THINGS)
+            names = SymbolTable(tree).names_of_kinds(THINGS)
             help = help if idle[0] in names else Suggestion(idle[0], names, instead=str(help))
         diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))
     return diagnostics

@@ -235,34 +235,34 @@ class SymbolTable:
         return dict(found), mounted, inside
 
     @property
-    def of(self) -> Mapping[str, Collection[str]]:
+    def names_by_kind(self) -> Mapping[str, Collection[str]]:
         """For each kind, the names that the tree defines, including names in MJCF elements."""
         return self._contents[0]
 
     @property
-    def mounted(self) -> bool:
+    def uses_mount(self) -> bool:
         """Whether anything is attached to the frame ``mount``."""
         return self._contents[1]
 
     @property
-    def inside(self) -> bool:
+    def may_hide_names(self) -> bool:
         """Whether the tree has XML elements, parameters or conditions, which may contain names."""
         return self._contents[2]
 
-    def among(self, kinds: Iterable[str]) -> frozenset[str]:
+    def names_of_kinds(self, kinds: Iterable[str]) -> frozenset[str]:
         """Return the names of all the given kinds."""
-        return frozenset().union(*(self.of.get(kind, ()) for kind in kinds))
+        return frozenset().union(*(self.names_by_kind.get(kind, ()) for kind in kinds))
 
-    def gives(self, kind: str, name: str) -> bool:
+    def defines(self, kind: str, name: str) -> bool:
         """Return True if the tree defines a name of a kind, or the MJCF will, such as LINK_collision_1."""
-        if any(name in self.of.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
+        if any(name in self.names_by_kind.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
             return True
         return kind == "shape" and self.makes(name)
 
     def makes(self, name: str) -> bool:
         """Return True if the MJCF will have a shape of that name, such as LINK_visual_1 for the link LINK."""
         found = _DERIVED.fullmatch(name)
-        return found is not None and found[1] in self.of.get("link", ())
+        return found is not None and found[1] in self.names_by_kind.get("link", ())
 
 
 def _entry(path: Path) -> str:

@@ -252,7 +252,7 @@ class _Report:
             if isinstance(value, Map) and inner is None:
                 return f'write "${{{next(iter(value))}}}" with the quotes to use a named value'
             if isinstance(inner, (int, float)):
-                return f'write "{key}: {suggestions.shown(inner)}"'
+                return f'write "{key}: {suggestions.format_scalar(inner)}"'
         if "array" in types:
             return suggestions.list_meant(value, key, self.part)
         if "object" in types:

@@ -109,7 +109,7 @@ class Steering:
 
 
 @dataclass(frozen=True)
-class Driving:
+class DriveKinematics:
     """The kinematics of a drive. Velocities are those of the point ``centre`` (m) in ``frame``."""
 
     kind: str
@@ -191,7 +191,7 @@ def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
 
 
 @of_robot
-def driving_of(robot: Robot) -> Driving:
+def drive_kinematics(robot: Robot) -> DriveKinematics:
     """Return the kinematics of a robot's drive, with all joints at zero. Raises ValueError without a valid drive."""
     drive = robot.drive
     if drive is None:
@@ -233,7 +233,7 @@ def driving_of(robot: Robot) -> Driving:
         steered_by = steering_of(robot, drive, name)
         wheels.append(Wheel(name, at[name][0] - x, at[name][1] - y, radius, direction, grip, steered_by))
     base = drive.frame or robot.root
-    return Driving(drive.kind, base, (x, y), tuple(wheels), steering, wheelbase, track)
+    return DriveKinematics(drive.kind, base, (x, y), tuple(wheels), steering, wheelbase, track)
 
 
 def axis_in_base(robot: Robot, drive: Drive, name: str) -> Vector:

@@ -7,7 +7,7 @@ from typing import Any
 
 from .geometry import IDENTITY, Pose, pose_of
 from .robot import Sensor
-from .simulation import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, Simulated
+from .simulation import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, SensorElement
 
 Data = dict[str, "Any"]
 
@@ -46,7 +46,7 @@ def seen_by(sensor: Sensor) -> list[Data]:
     return merged
 
 
-def _of_mujoco(one: Simulated) -> Data | None:
+def _of_mujoco(one: SensorElement) -> Data | None:
     pose, attributes = one.pose or IDENTITY, one.attributes
     place = {"frame": one.link, **page_pose(pose)}
     kind = one.element if one.kind in (BODY_ELEMENT, SENSOR_ELEMENT) else ""

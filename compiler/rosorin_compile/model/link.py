@@ -16,7 +16,7 @@ from rosorin_compile.source.numbers import NumberFormat, exact, round_to_shortes
 from .bounds import bounds_of
 from .geometry import Pose, Transform, Vector, dot, eigenvalues, minus, pose_of
 from .shape import Shape, volume_and_moments
-from .simulation import Marked, Values
+from .simulation import Attachment, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
@@ -94,7 +94,7 @@ class Link:
     source: Source = NO_SOURCE
     urdf_elements: tuple[str, ...] = ()  # XML elements that only the URDF gets
     gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
-    marked: tuple[Marked, ...] = ()  # sites, cameras and lights
+    marked: tuple[Attachment, ...] = ()  # sites, cameras and lights
     mjcf: Values = field(default_factory=dict, hash=False)  # attributes for the MJCF
     mjcf_elements: tuple[str, ...] = ()  # elements for the MJCF
 

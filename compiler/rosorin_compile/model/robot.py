@@ -15,7 +15,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, STATIC_TRANSFORM_
 from .link import NO_SOURCE, Inertial, Link, Source, together
 from .sections import Sections
 from .shape import Material, Rgba, Shape
-from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
+from .simulation import AT_ORIGIN, GazeboSensor, Root, SensorElement, Values
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rosorin_compile.ros.sections.control import Block
     from rosorin_compile.ros.sections.moveit import Moveit
 
-    from .drive import Drive, Driving
+    from .drive import Drive, DriveKinematics
     from .frame_tree import Row
     from .kinematics import Kinematics
     from .servos import ServoGroup
@@ -63,7 +63,7 @@ class Sensor:
     joint: str
     optical_frame: str = ""  # empty for sensors without an image
     source: Source = NO_SOURCE
-    simulated: tuple[Simulated, ...] = ()
+    simulated: tuple[SensorElement, ...] = ()
     stamps: tuple[str, ...] = ()  # frames in the headers of the messages of its driver
     gazebo: tuple[GazeboSensor, ...] = ()
 
@@ -430,11 +430,11 @@ class Robot:
         return Kinematics(self)
 
     @property
-    def driving(self) -> Driving:
+    def drive_kinematics(self) -> DriveKinematics:
         """The conversion between wheel speeds and base velocity. Raises ValueError if there is no drive."""
-        from .drive import driving_of
+        from .drive import drive_kinematics
 
-        return driving_of(self)
+        return drive_kinematics(self)
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
         """Return the robot with additional masses on links, by link name; for ``adds`` of plug-ins.

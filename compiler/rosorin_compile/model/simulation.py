@@ -49,7 +49,7 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Marked:
+class Attachment:
     """A site, a camera or a light (``tag``) at ``pose`` in its link."""
 
     tag: str
@@ -90,7 +90,7 @@ class Replicas:
 
 
 @dataclass(frozen=True)
-class Simulated:
+class SensorElement:
     """An MJCF element for a sensor."""
 
     kind: str  # one of *_ELEMENT: in the list of sensors, in the body of ``link``, or a template file

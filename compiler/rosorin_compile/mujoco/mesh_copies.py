@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
+from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, FoundFile, NamedFile, SearchResult, files_diagnostic
 from rosorin_compile.model.geometry import Vector, cross, dot, minus, norm
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
@@ -31,7 +31,7 @@ _OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
 _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
-def copy_meshes(searched: Searched, outputs: Path) -> Searched:
+def copy_meshes(searched: SearchResult, outputs: Path) -> SearchResult:
     """Read and convert the files that the MJCF needs; report unusable files and add them to ``missing``."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
     failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # failed files by rule, reason, help and kind
@@ -99,7 +99,7 @@ def _is_flat(points: list[Vector]) -> bool:
     return norm(normal) <= least * norm(axis) or all(abs(dot(normal, one)) <= least * norm(normal) for one in rest)
 
 
-def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
+def _copies(found: FoundFile, outputs: Path) -> tuple[dict[str, bytes], bool]:
     """Return (contents of the copies by name, whether this call converted the file). Raises UnreadableMesh."""
     try:
         if found.file.stat().st_size > MAX_BYTES:

@@ -78,7 +78,7 @@ def check_physics(
     require("check physics")
     import numpy as np
 
-    request = Request.of(robot, arguments, packages, trust=trust)
+    request = Request.from_arguments(robot, arguments, packages, trust=trust)
     description, understood = request.description, request.understand()
     case, looked_at = understood.case, ""
     found = [one for one in understood.diagnostics if one.severity == "error"]

@@ -113,7 +113,7 @@ class World:
         """Add a servo for each wheel and steering joint without one, and return the names of these joints."""
         mujoco, added, existing = self.mujoco, [], {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
-        radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
+        radius = {wheel.joint: wheel.radius for wheel in self.robot.drive_kinematics.wheels}
         for name in (*drive.wheels, *drive.steering):
             steers, joint = name in drive.steering, self.model.joint(name)
             if (name, POSITION) in existing or ((name, VELOCITY) in existing and not steers):
@@ -270,9 +270,9 @@ def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
     robot, poses, commands = world.robot, poses_of(world.robot), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
         commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
-        if robot.driving.steering:
+        if robot.drive_kinematics.steering:
             commands[1:] = [("curve", Twist(vx=0.3, wz=0.3))]
-        elif not robot.driving.slides:
+        elif not robot.drive_kinematics.slides:
             del commands[1]
     home = poses[0][1]
     runs: list[tuple[str, Callable[[], Result]]] = [("poses", partial(hold, world, *pose, seconds)) for pose in poses]
@@ -328,7 +328,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     """Drive with a velocity command from a pose: accelerate for 0.5 s, settle for 1 s, then measure for 1 s."""
     import numpy as np
 
-    driving, scale = world.robot.driving, 1.0
+    driving, scale = world.robot.drive_kinematics, 1.0
     for name, speed in driving.speeds(twist).items():  # scale the command down to the wheel limits
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
         ends = [*map(abs, servo.targets if servo else ()), limit.known_value("velocity") if limit else None]

@@ -103,7 +103,7 @@ def simulate(
         limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
         timing: Return the speed of the simulation, which differs between runs.
     """
-    request, used = Request.of(robot, arguments, packages, trust=trust), dict(LIMITS)
+    request, used = Request.from_arguments(robot, arguments, packages, trust=trust), dict(LIMITS)
     for name, value in (limits or {}).items():
         if name not in LIMITS:
             raise UnknownName("limit", name, LIMITS)

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rosorin_compile.source.files import Version, recording, version
+from rosorin_compile.source.files import Version, record_reads, version
 
 INTERVAL = 0.3  # seconds between two checks
 SETTLE = 0.05  # seconds without a change after which an editor has probably saved all files
@@ -38,7 +38,7 @@ class WatchedFiles:
     def read(self, used: Callable[[], object]) -> None:
         """Call ``used``, and record the version of each file that it reads or looks for."""
         begun = time.time_ns() - _CLOCK_STEP
-        with recording() as paths:
+        with record_reads() as paths:
             used()
         own, read = self.artifacts, {os.path.abspath(path): before for path, before in paths.items()}
         self.versions = {p: v for p, v in read.items() if own is None or not f"{p}{os.sep}".startswith(own + os.sep)}

@@ -59,4 +59,6 @@ def verify(
         needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
         raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
     options = Options(modes or {}, frozenset(without), None, frames, since, until, namespace, prefix, stale)
-    return verify_recording(Request.of(robot, arguments, packages, trust=trust), os.fsdecode(source), options, pose)
+    return verify_recording(
+        Request.from_arguments(robot, arguments, packages, trust=trust), os.fsdecode(source), options, pose
+    )

@@ -43,7 +43,7 @@ class Rows:
         return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), self._width))
 
 
-class Reading(NamedTuple):
+class PrintedTransform(NamedTuple):
     """A translation and rotation (``turn``) from tf2_echo, None if not printed, and their rounding tolerances."""
 
     xyz: Vector | None
@@ -61,7 +61,7 @@ class Answer(NamedTuple):
     source: str
     target: str
     line: int
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[PrintedTransform, ...] = ()
     why: str = ""
     positions: Mapping[str, float] = {}
 

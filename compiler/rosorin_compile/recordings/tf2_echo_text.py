@@ -14,7 +14,7 @@ from rosorin_compile.model import Pose, Transform, Vector
 from rosorin_compile.source.load import python_of, yaml_of
 
 from .expected_edges import EXACT, SIX_ANGLE
-from .recording import Answer, FrameRow, Reading, Recording, Rows
+from .recording import Answer, FrameRow, PrintedTransform, Recording, Rows
 from .results import problem
 from .series import SECOND, EdgeKey
 
@@ -211,7 +211,7 @@ def _stamp(header: Mapping[str, Any]) -> int:
     return stamp
 
 
-def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
+def _readings(forms: dict[str, list[str]]) -> Iterator[PrintedTransform]:
     """Yield each complete representation of a transform; tolerances add the rounding errors of all printed numbers.
 
     If several solutions of roll, pitch, yaw are printed, they are the same rotation.
@@ -243,9 +243,9 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
         except ValueError:  # a quaternion of zeros
             continue
         complete = True
-        yield Reading(at, turn, far, errors * half + SIX_ANGLE)
+        yield PrintedTransform(at, turn, far, errors * half + SIX_ANGLE)
     if not complete and xyz is not None:
-        yield Reading(xyz, None, metres, math.inf)
+        yield PrintedTransform(xyz, None, metres, math.inf)
 
 
 def _vector(values: Sequence[float]) -> Vector:

@@ -272,7 +272,7 @@ def graph(
         >>> [topic.type for topic in rosorin_compile.graph("rosorin").topics if topic.topic == "/scan"]
         ['sensor_msgs/msg/LaserScan']
     """
-    compiled = Request.of(robot, arguments, packages, trust=trust).compile()
+    compiled = Request.from_arguments(robot, arguments, packages, trust=trust).compile()
     errors = tuple(one for one in compiled.diagnostics if has_errors([one]))
     if compiled.robot is None or errors:
         return RobotGraph(diagnostics=errors)

@@ -8,7 +8,7 @@ from typing import Any
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.model.drive import driving_of
+from rosorin_compile.model.drive import drive_kinematics
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, phrase, quote
 
 from .controllers.write import drivers, is_whole
@@ -127,7 +127,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
         return ("vyaw",)
     at_axle = False
     with suppress(ValueError, KeyError):  # rules about drives report the error
-        driving = driving_of(robot)
+        driving = drive_kinematics(robot)
         at_axle = abs(robot.transform(base, driving.frame).apply((*driving.centre, 0.0))[0]) < 1e-3  # m
     return ("vx", "vy", "vyaw") if robot.drive.slides or at_axle else ("vx", "vyaw")
 

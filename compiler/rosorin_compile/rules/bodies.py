@@ -140,7 +140,7 @@ def _shape(case: Case, link: Link) -> Path:
 
 @rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Add `inertial` to the link.", JOINTS)
 @rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add `collision`.", JOINTS)
-def lacking(case: Case) -> Iterator[Diagnostic]:
+def links_without_mass(case: Case) -> Iterator[Diagnostic]:
     """Find groups of fixed links without mass or collision in a robot where others have it."""
     robot = case.robot
     joints = [joint for joint in robot.joints if joint.parent in robot.link and joint.child in robot.link]
@@ -171,7 +171,7 @@ def root_inertial(case: Case) -> Iterator[Diagnostic]:
     ros/kdl_parser@humble:src/kdl_parser.cpp: "The root link ... has an inertia specified in the URDF, but KDL does not
     support a root link with an inertia."
     """
-    joints = case.robot.in_urdf() if case.feeding(ROBOT_STATE_PUBLISHER) else ()
+    joints = case.robot.in_urdf() if case.outputs_read_by(ROBOT_STATE_PUBLISHER) else ()
     roots = {joint.parent for joint in joints} - {joint.child for joint in joints}
     link = case.robot.link.get(next(iter(roots))) if len(roots) == 1 else None
     if link is not None and link.inertial is not None:

@@ -41,9 +41,9 @@ class Case:
     scope: Scope | None = None
     wanted: Collection[str] = ()
 
-    def feeding(self, publisher: str) -> list[Output]:
+    def outputs_read_by(self, publisher: str) -> list[Output]:
         """Return the outputs that a kind of publisher, such as robot_state_publisher, reads."""
-        return feeding(self.robot, publisher, self.formats)
+        return outputs_read_by(self.robot, publisher, self.formats)
 
     @cached_property
     def symbols(self) -> SymbolTable:
@@ -164,7 +164,7 @@ class Case:
         return " (a stand-in)" if status[-1:] == ["stand_in"] else ""
 
 
-def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
+def outputs_read_by(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
     """Return the outputs that a kind of publisher, such as robot_state_publisher, reads."""
     known = [(output, formats[output.backend]) for output in robot.outputs if output.backend in formats]
     return [output for output, format in known if publisher in format.feeds and not format.is_withheld(output)]
@@ -178,7 +178,7 @@ def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Ou
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []
     endings = tuple(ending for one in readable for ending in one.endings)
-    fed = [*feeding(robot, publisher, formats), *(one for one in others if one.file.endswith(endings))]
+    fed = [*outputs_read_by(robot, publisher, formats), *(one for one in others if one.file.endswith(endings))]
     return fed[0] if fed else None
 
 

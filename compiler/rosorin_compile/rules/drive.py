@@ -128,7 +128,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("drive-places", message, path_of[name])
     elif drive.kind == OMNI and all(radii.values()):
         try:
-            model.driving_of(case.robot).velocity({})
+            model.drive_kinematics(case.robot).velocity({})
         except ValueError:
             message = "the wheels of the drive cannot move the base along x, move it along y, and turn it"
             yield case.problem("drive-places", message, ("drive", OMNI), "use three wheels in different directions")

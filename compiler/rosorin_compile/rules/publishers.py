@@ -242,7 +242,7 @@ def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
 
 
 @Check
-def started(case: Case) -> Iterator[Diagnostic]:
+def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
     """Report joints whose publisher is neither started by an artifact nor reads one (unpublished-edge).
 
     Nothing is reported if an output has an unknown format, because that may be the missing artifact.
@@ -250,7 +250,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
     robot, outputs = case.robot, case.section("outputs").values()
     if any(one.backend not in case.formats for one in robot.outputs) or not any(map(is_listed, outputs)):
         return
-    launched = bool(case.feeding(STATIC_TRANSFORM_PUBLISHER))
+    launched = bool(case.outputs_read_by(STATIC_TRANSFORM_PUBLISHER))
     has_urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, case.formats) is not None
     kinds = {STATIC_TRANSFORM_PUBLISHER: ([joint for joint, _, _ in _static_publishers(case)], launched)}
     kinds[ROBOT_STATE_PUBLISHER] = ([*robot.published_by(ROBOT_STATE_PUBLISHER)], has_urdf)
@@ -270,7 +270,7 @@ def planar(case: Case) -> Iterator[Diagnostic]:
 
     ros/kdl_parser treats unknown types as fixed, and robot_state_publisher sends them as static; floating is skipped.
     """
-    has_urdf = bool(case.feeding(ROBOT_STATE_PUBLISHER))
+    has_urdf = bool(case.outputs_read_by(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:
         if joint.type == "planar" and (joint.publisher.kind == ROBOT_STATE_PUBLISHER or has_urdf):
             message = f'joint "{joint.name}" is planar, but robot_state_publisher publishes it as a fixed joint'
@@ -361,7 +361,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 @rule("split-urdf", help="Give both joints the same publisher.", topic=FRAMES)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """The URDF would have two roots, because another node publishes a joint between them."""
-    if not case.robot.is_tree or not case.feeding(ROBOT_STATE_PUBLISHER):
+    if not case.robot.is_tree or not case.outputs_read_by(ROBOT_STATE_PUBLISHER):
         return
     main, *others = _urdf_roots(case) or [""]
     for root in others:

@@ -121,7 +121,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     robot, both = case.robot, {*case.robot.link, *case.robot.joint}
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
     names = {LINK: links, JOINT: {*robot.joint}, FRAME: links, "material": materials, EITHER: both}
-    carried = robot.in_urdf() if mentions and case.feeding(ROBOT_STATE_PUBLISHER) else ()
+    carried = robot.in_urdf() if mentions and case.outputs_read_by(ROBOT_STATE_PUBLISHER) else ()
     inside = {name for joint in carried for name in (joint.name, joint.parent, joint.child)}
     for (kind, name), uses in mentions.items():
         sure = [use for use in uses if use[0].sure]
@@ -209,7 +209,7 @@ def sdf_elements() -> Mapping[str, list[str]]:
 
 
 @rule("misplaced-element", help="Move it where the message says, or correct its name.", topic=NUMBERS)
-def misplaced(case: Case) -> Iterator[Diagnostic]:
+def misplaced_elements(case: Case) -> Iterator[Diagnostic]:
     """A warning: an element of `urdf_elements` is in a place where its reader ignores it, or is not part of SDF."""
     for path, text in urdf_texts(case):
         purposes = [str(step) for step in path if step in ("visual", "collision")]

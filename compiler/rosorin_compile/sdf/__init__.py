@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import format
-from rosorin_compile.formats.format import Asked, Format, Unsupported, xml_syntax
+from rosorin_compile.formats.format import Format, OutputEntry, Unsupported, xml_syntax
 from rosorin_compile.formats.gazebo import unsupported_drives
 
 if TYPE_CHECKING:
@@ -25,10 +25,10 @@ def _call(module: str, name: str, *arguments: Any) -> Any:
     return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 
-def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
+def _asked(tree: Map, version: str, name: str) -> OutputEntry | None:  # noqa: ARG001
     """Return the SDF output to write for a robot that was imported from an SDF, or None for other robots."""
     options = (tree.get("outputs") or {}).get("sdf")
-    return None if options is None else Asked({"file": "", **options} | {"file": f"{name}.sdf"})
+    return None if options is None else OutputEntry({"file": "", **options} | {"file": f"{name}.sdf"})
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported]:

@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.format import Placed
+from rosorin_compile.formats.format import SourceValue
 from rosorin_compile.formats.gazebo import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
@@ -211,7 +211,7 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
     """Append XML to ``urdf_elements`` of an entry, with the source position of ``element``, and return the index."""
-    entry.setdefault("urdf_elements", []).append(Placed(text, element.span))
+    entry.setdefault("urdf_elements", []).append(SourceValue(text, element.span))
     return len(entry["urdf_elements"]) - 1
 
 

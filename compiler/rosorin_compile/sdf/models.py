@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.format import Placed
+from rosorin_compile.formats.format import SourceValue
 from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, NAME, UNITS, XmlReader
 from rosorin_compile.model import Pose, Transform
@@ -46,16 +46,18 @@ class WrittenPose(NamedTuple):
     """A pose: its transform, its numbers with source positions (empty if not from the file), and its <pose>."""
 
     transform: Transform
-    xyz: Sequence[Placed] = ()
-    rpy: Sequence[Placed] = ()
+    xyz: Sequence[SourceValue] = ()
+    rpy: Sequence[SourceValue] = ()
     element: Element | None = None
 
     def entry(self, span: Span) -> dict[str, Any]:
         """Return the keys ``xyz`` and ``rpy`` for an entry, each omitted if it is zero."""
-        xyz = self.xyz or [Placed(clean_number(value), span) for value in self.transform.xyz]
-        rpy = self.rpy or [Placed(clean_number(value), span) for value in self.transform.rpy()]
+        xyz = self.xyz or [SourceValue(clean_number(value), span) for value in self.transform.xyz]
+        rpy = self.rpy or [SourceValue(clean_number(value), span) for value in self.transform.rpy()]
         keys = (("xyz", xyz), ("rpy", rpy))
-        return {key: Placed(list(values), values[0].span) for key, values in keys if any(one.value for one in values)}
+        return {
+            key: SourceValue(list(values), values[0].span) for key, values in keys if any(one.value for one in values)
+        }
 
 
 def clean_number(value: float) -> float:
@@ -156,19 +158,19 @@ class SdfReader(XmlReader):
         self._elements, self._is_too_much = 0, False
         self._poses: dict[Node, Transform] = {}
 
-    def text(self, element: Element, tag: str) -> Placed | None:
+    def text(self, element: Element, tag: str) -> SourceValue | None:
         child = self.single(element, tag)
-        return None if child is None or not child.text else Placed(child.text, markup.place(child))
+        return None if child is None or not child.text else SourceValue(child.text, markup.place(child))
 
-    def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
+    def all_of(self, element: Element, count: int, unit: str = "") -> list[SourceValue] | None:
         return self.numbers(words(element), element, "", element.span, count, unit)
 
-    def one(self, element: Element | None, tag: str, unit: str = "") -> Placed | None:
+    def one(self, element: Element | None, tag: str, unit: str = "") -> SourceValue | None:
         child = None if element is None else self.single(element, tag)
         found = None if child is None else self.all_of(child, 1, unit)
         return found[0] if found else None
 
-    def limit(self, element: Element | None, tag: str, unit: str) -> Placed | None:
+    def limit(self, element: Element | None, tag: str, unit: str) -> SourceValue | None:
         """Return a limit, or None if it is missing, infinite or invalid; report errors."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
@@ -195,7 +197,7 @@ class SdfReader(XmlReader):
             self.error("zero-quaternion", message, element.span, "correct it")
             return none
         if is_true(element.get("degrees")):
-            found = [*found[:3], *(Placed(math.radians(one.value), one.span) for one in found[3:])]
+            found = [*found[:3], *(SourceValue(math.radians(one.value), one.span) for one in found[3:])]
         xyz, rpy = ([_with_unit(one, unit) for one in found[at : at + 3]] for at, unit in ((0, LENGTHS), (3, ANGLES)))
         x, y, z, a, b, c = (float(one.value) for one in (*xyz, *rpy))
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
@@ -439,9 +441,9 @@ class SdfReader(XmlReader):
         return kept_text(element, made)
 
 
-def _with_unit(one: Placed, unit: str) -> Placed:
+def _with_unit(one: SourceValue, unit: str) -> SourceValue:
     dimension, far = UNITS[unit]
-    return Placed(Quantity(one.value, dimension, f"{one.value} {unit}"), one.span) if abs(one.value) > far else one
+    return SourceValue(Quantity(one.value, dimension, f"{one.value} {unit}"), one.span) if abs(one.value) > far else one
 
 
 def _model_in(folder: Path) -> Path | None:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree, comments_of
+from rosorin_compile.formats.format import ImportFile, SourceValue
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions, as_tree, comments_of
 from rosorin_compile.formats.robot_files import accept, lower_artifact
 from rosorin_compile.formats.urdf.read import plain
 from rosorin_compile.formats.xml_reader import NAME
@@ -33,12 +33,12 @@ _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _WATER = 1000  # kg/m^3: the default density for an inertial with auto="true"
 
 
-def read_sdf(opened: Opened) -> Imported:
+def read_sdf(opened: ImportFile) -> ImportedRobot:
     """Import the robot of an SDF."""
     reading, document = SdfReader(opened.options, opened.path), opened.xml
     top = reading.top(document.root, opened.path)
     sections, diagnostics = None if top is None else _Robot(reading, top).read(), reading.all_diagnostics()
-    imported = Imported(None, diagnostics, (), tuple(reading.files))
+    imported = ImportedRobot(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
     source = {"status": "imported", "note": f"from {mask_controls(opened.path.name)}"}
@@ -62,7 +62,7 @@ def read(text: str) -> Robot:
     """Parse a generated SDF. Raises ValueError if it is damaged."""
     document = parse_artifact(text, "sdf")
     try:
-        imported = read_sdf(Opened(Path("robot.sdf"), ReadOptions(checked=False), document))
+        imported = read_sdf(ImportFile(Path("robot.sdf"), ReadOptions(checked=False), document))
     except MarkupError as problem:
         raise ValueError(problem.diagnostic.message) from None
     if imported.tree is None:
@@ -78,7 +78,7 @@ class _Robot:
         self.bodies = Bodies(reading, top)
         self.entries = Entries({}, {}, {})
         self.holder: dict[str, Any] = {"urdf_elements": []}  # elements kept as XML for the robot
-        self.constraints: dict[str, Placed] = {}
+        self.constraints: dict[str, SourceValue] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
         self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joint type for separate parts
 
@@ -127,8 +127,8 @@ class _Robot:
         for node in roots if world else ():
             joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
         spans = {node.called: models.name_span(node.element) for node in bodies.members}
-        made: dict[str, Any] = {"robot": Placed(top.name, models.name_span(top.element))}
-        made["links"] = {name: Placed(links[name], spans.get(name, top.element.span)) for name in links}
+        made: dict[str, Any] = {"robot": SourceValue(top.name, models.name_span(top.element))}
+        made["links"] = {name: SourceValue(links[name], spans.get(name, top.element.span)) for name in links}
         self._keep_elements(top)
         for name, found in self.entries.gazebo.items():
             self._put("gazebo", found, reference=name)
@@ -188,8 +188,8 @@ class _Robot:
         name = element.get("name") or "loop"
         while name in self.constraints:
             name += "_"
-        entry = {"type": "connect", "links": links, "at": Placed(point, words["p_AP"].span)}
-        self.constraints[name] = Placed(entry, element.span)
+        entry = {"type": "connect", "links": links, "at": SourceValue(point, words["p_AP"].span)}
+        self.constraints[name] = SourceValue(entry, element.span)
         self.reading.paths[id(element)] = ("constraints", name)
         return True
 
@@ -215,11 +215,11 @@ class _Robot:
         reading = self.reading
         element = reading.single(link.element, "inertial")
         span = (element or link.element).span
-        made: dict[str, Any] = {"mass": 1, "inertia": {key: Placed(1, span) for key in _INERTIA[:3]}}
+        made: dict[str, Any] = {"mass": 1, "inertia": {key: SourceValue(1, span) for key in _INERTIA[:3]}}
         if element is not None:
             reading.paths[id(element)] = ("links", link.called, "inertial")
         if element is not None and models.is_true(element.get("auto")):
-            made = {"of": "collision", "density": reading.one(element, "density") or Placed(_WATER, span)}
+            made = {"of": "collision", "density": reading.one(element, "density") or SourceValue(_WATER, span)}
             reading.check(element, ("density",), ("auto",), None)
             for child in link.element.children:
                 for part in child.children if child.tag == "collision" else ():
@@ -228,15 +228,15 @@ class _Robot:
         elif element is not None:
             inertia = reading.single(element, "inertia")
             at = (inertia or element).span
-            moments = dict.fromkeys(_INERTIA[:3], Placed(1, at))
+            moments = dict.fromkeys(_INERTIA[:3], SourceValue(1, at))
             if inertia is not None:
                 moments |= {key: one for key in _INERTIA if (one := reading.one(inertia, key))}
                 reading.check(inertia, _INERTIA, (), None)
-            made = {"mass": reading.one(element, "mass") or Placed(1, span)}
+            made = {"mass": reading.one(element, "mass") or SourceValue(1, span)}
             made |= self._placed(reading.single(element, "pose"), link, at_frame=False)[1].entry(span)
-            made["inertia"] = Placed(moments, at)
+            made["inertia"] = SourceValue(moments, at)
             reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
-        self.entries.links[link.called]["inertial"] = Placed(made, span)
+        self.entries.links[link.called]["inertial"] = SourceValue(made, span)
 
     def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
         """Return (link or frame attached to it, pose relative to that); convert poses relative to other frames."""
@@ -271,10 +271,10 @@ class _Robot:
         elif not NAME.match(attribute.value):
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
         elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # not the default name
-            made["name"] = Placed(attribute.value, attribute.span)
+            made["name"] = SourceValue(attribute.value, attribute.span)
         made |= placed.entry(element.span)
         self._details(element, solid, made, link)
-        shapes.append(Placed(made, element.span))
+        shapes.append(SourceValue(made, element.span))
 
     def _details(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
         reading, rest, more = self.reading, list[str](), dict[str, list[Element]]()
@@ -294,7 +294,7 @@ class _Robot:
             found = {one.tag: reading.one(ode, one.tag) for one in ode.children} if ode is not None else {}
             mu, other = found.get("mu"), found.get("mu2")
             if mu is not None and found.keys() <= {"mu", "mu2"} and (other is None or mu.value == other.value):
-                made["contact"] = Placed({"friction": Placed([mu], mu.span)}, child.span)
+                made["contact"] = SourceValue({"friction": SourceValue([mu], mu.span)}, child.span)
             else:
                 rest.append(reading.text_of(child, link.scope))
         if rest:
@@ -312,15 +312,19 @@ class _Robot:
         for child in self.reading.rest(material, read):
             image = _only_descendant(child, "metal", "albedo_map") if child.tag == "pbr" else None
             if image is not None and image.text:
-                made["texture"] = Placed(self._address(image.text, link), image.span)
+                made["texture"] = SourceValue(self._address(image.text, link), image.span)
             else:
                 rest.append(child)
         return rest
 
-    def _colour(self, material: Element, tag: str) -> Placed | None:
+    def _colour(self, material: Element, tag: str) -> SourceValue | None:
         child = self.reading.single(material, tag)
         values = None if child is None else self.reading.all_of(child, 3 if len(child.text.split()) == 3 else 4)
-        return None if values is None or child is None else Placed([*values, Placed(1, child.span)][:4], child.span)
+        return (
+            None
+            if values is None or child is None
+            else SourceValue([*values, SourceValue(1, child.span)][:4], child.span)
+        )
 
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
         """Set the geometry of a shape and return its element, or report an error and return None."""
@@ -345,7 +349,7 @@ class _Robot:
         sizes: dict[str, Any] = {}
         uri = reading.text(solid, "uri") if solid.tag == "mesh" else None
         if uri is not None and uri.value != "__default__":
-            sizes["file"] = Placed(self._address(str(uri.value), link), uri.span)
+            sizes["file"] = SourceValue(self._address(str(uri.value), link), uri.span)
         elif solid.tag == "mesh":
             reading.error("missing-element", f"{name_of(solid)} has no <uri>", solid.span, "name the mesh")
         for key, count in SOLIDS[solid.tag].items():
@@ -354,8 +358,8 @@ class _Robot:
                 reading.error("missing-element", f"{name_of(solid)} has no <{key}>", solid.span, f"add <{key}>")
             values = None if child is None else reading.all_of(child, count, unit)
             if child is not None and values and (unit or [one.value for one in values] != [1, 1, 1]):
-                sizes[key] = values[0] if count == 1 else Placed(values, child.span)
-        made[solid.tag] = Placed(sizes, solid.span)
+                sizes[key] = values[0] if count == 1 else SourceValue(values, child.span)
+        made[solid.tag] = SourceValue(sizes, solid.span)
         return None if has_errors(reading.diagnostics[before:]) else solid
 
     def _address(self, uri: str, link: Node) -> str:

@@ -7,7 +7,7 @@ If the child of a joint does not have its origin on the joint axis, an intermedi
 
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.format import Placed
+from rosorin_compile.formats.format import SourceValue
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import cross
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, phrase, quote
@@ -37,7 +37,7 @@ class Entries(NamedTuple):
     """Entries of links and joints by name, and (element, XML) for <gazebo> blocks by the name of the link or joint."""
 
     links: dict[str, dict[str, Any]]
-    joints: dict[str, Placed]
+    joints: dict[str, SourceValue]
     gazebo: dict[str, list[tuple[Element, str]]]
 
 
@@ -185,7 +185,7 @@ class Joints:
         while name in taken | self.entries.joints.keys():
             name += "_"
         entry = {"type": kind, "parent": parent, "child": node.called, **pose.entry(node.element.span)}
-        self.entries.joints[name] = Placed(entry, node.element.span)
+        self.entries.joints[name] = SourceValue(entry, node.element.span)
 
     def _joint(self, joint: JointNode, parent: str) -> None:
         """Add a joint, with an intermediate link if the origin of the child is not on the joint axis."""
@@ -208,11 +208,11 @@ class Joints:
             self.entries.links[child] = {}
             message = f'the child of {name_of(element)} is not at the joint: link "{child}" is added between'
             reading.note("import-converted", message, element.span)
-        entry: dict[str, Any] = {"type": Placed(joint.kind, element.attributes["type"].span)}
+        entry: dict[str, Any] = {"type": SourceValue(joint.kind, element.attributes["type"].span)}
         for end, link in (("parent", parent), ("child", child)):
-            entry[end] = Placed(link, place(next(one for one in element.children if one.tag == end)))
+            entry[end] = SourceValue(link, place(next(one for one in element.children if one.tag == end)))
         entry |= pose.entry(element.span)
-        self.entries.joints[node.called] = Placed(entry, models.name_span(element))
+        self.entries.joints[node.called] = SourceValue(entry, models.name_span(element))
         texts = [(one, reading.text_of(one, node.scope)) for one in reading.rest(element, _READ, ("name", "type"))]
         if of_gazebo := [(one, text) for one, text in texts if one.tag in OF_JOINT]:
             self.entries.gazebo.setdefault(node.called, []).extend(of_gazebo)
@@ -222,14 +222,14 @@ class Joints:
             there = joint.there if is_at and not is_near(joint.there) else Transform()
             if numbers is None or there.rows != Transform().rows:
                 turned = there.inverse().rotate(direction)
-                entry["axis"] = Placed([*map(models.clean_number, turned)], (axis or element).span)
+                entry["axis"] = SourceValue([*map(models.clean_number, turned)], (axis or element).span)
             else:
-                entry["axis"] = Placed(numbers, numbers[0].span)
+                entry["axis"] = SourceValue(numbers, numbers[0].span)
             self._details(node, entry, axis)
         if not is_at:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
-    def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
+    def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[SourceValue] | None] | None:
         """Return (axis in the joint frame, numbers in the file or None if converted), or None after an error.
 
         The axis in the file is in the model frame before SDF 1.5, and up to SDF 1.6 if use_parent_model_frame is true.
@@ -266,7 +266,7 @@ class Joints:
         made = {key: number for key in _DYNAMICS if (number := reading.one(dynamics, key)) and number.value}
         if dynamics is not None and made:
             keys = {"spring_stiffness": "stiffness"}
-            entry["dynamics"] = Placed({keys.get(key, key): number for key, number in made.items()}, dynamics.span)
+            entry["dynamics"] = SourceValue({keys.get(key, key): number for key, number in made.items()}, dynamics.span)
         rest, known = list[str](), {"limit": _LIMIT, "dynamics": _DYNAMICS}
         for child in reading.rest(axis, ("xyz", "use_parent_model_frame")):
             if child.tag in ("mimic", "drake:mimic"):
@@ -276,7 +276,7 @@ class Joints:
             elif texts := [reading.text_of(one, node.scope) for one in reading.rest(child, known[child.tag])]:
                 rest.append(wrap(child.tag, texts))
         if rest:
-            text = Placed(wrap("sdf", [wrap("axis", rest)]), axis.span)
+            text = SourceValue(wrap("sdf", [wrap("axis", rest)]), axis.span)
             entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
@@ -295,13 +295,13 @@ class Joints:
         where = limit.span if limit is not None else span
         missing = [key for key in needed if key not in found]
         for key in missing:
-            found[key] = Placed(f"{_STAND_INS[key]} {unit}" if key in _LIMIT[:2] else _STAND_INS[key], where)
+            found[key] = SourceValue(f"{_STAND_INS[key]} {unit}" if key in _LIMIT[:2] else _STAND_INS[key], where)
             self.stand_ins.setdefault(key, {})[name] = where
         made: dict[str, Any] = {key: found[key] for key in needed}
         if missing:
-            made["stand_ins"] = [Placed(key, where) for key in missing]
+            made["stand_ins"] = [SourceValue(key, where) for key in missing]
             made["source"] = {"status": "stand_in", "note": f"the SDF does not limit {phrase(missing)}"}
-        entry["limit"] = Placed(made, where)
+        entry["limit"] = SourceValue(made, where)
         if limit is not None:
             self.reading.paths.setdefault(id(limit), ("joints", name, "limit"))
 
@@ -318,7 +318,7 @@ class Joints:
             if reading.lenient("mimic-unknown", message, attribute.span, help, "leaves the mimic out"):
                 reading.cannot_carry(name_of(element), element.span)
             return
-        made: dict[str, Any] = {"joint": Placed(leader.called, attribute.span)}
+        made: dict[str, Any] = {"joint": SourceValue(leader.called, attribute.span)}
         for key in _MIMIC:  # a child element in SDF, an attribute in files for Drake
             of_drake, number = element.attributes.get(key), reading.one(element, key)
             if of_drake is not None:
@@ -328,6 +328,6 @@ class Joints:
                 made[key] = number
         if (reference := made.pop("reference", None)) is not None and reference.value:
             factor, offset = (float(made[key].value) if key in made else usual for key, usual in _USUAL_MIMIC.items())
-            made["offset"] = Placed(models.clean_number(offset - factor * reference.value), element.span)
-        entry["mimic"] = Placed(made, element.span)
+            made["offset"] = SourceValue(models.clean_number(offset - factor * reference.value), element.span)
+        entry["mimic"] = SourceValue(made, element.span)
         reading.check(element, _MIMIC, ("joint", "axis", *_MIMIC), None)

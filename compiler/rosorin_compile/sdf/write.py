@@ -284,38 +284,38 @@ class _Writer:
         """Return a warning for each property that the SDF lacks or approximates."""
         robot, content, found = self.robot, self.content, list[Diagnostic]()
 
-        def lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:
+        def report_lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:
             if names:
                 found.append(Diagnostic(rule, WARNING, f"{message} {quote(names, 3)}", help=help))
 
         message = f"readers of SDF take a moving link without mass for 1 kg; {LEAST.mass:g} kg is written instead for"
-        lost(message, content.weightless, 'add "inertial" to the link', "sdf-without-mass")
+        report_lost(message, content.weightless, 'add "inertial" to the link', "sdf-without-mass")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
         names = [joint.name for joint in axleless if joint.type == "planar"]
         message = f"SDF has no planar joints, so in Gazebo nothing constrains {plural('joint', len(names))}"
-        lost(message, names, "replace a planar joint with two prismatic joints and a continuous joint")
+        report_lost(message, names, "replace a planar joint with two prismatic joints and a continuous joint")
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics for joints with several degrees of freedom, so they are left out for"
-        lost(message, names, "make each of them several joints, one for each axis")
+        report_lost(message, names, "make each of them several joints, one for each axis")
         names = [name for name, written in self.joints.items() if written != name]
         message = "in the SDF, the suffix _joint is added to joints with the name of a link or frame:"
-        lost(message, names, "rename the joint in the description")
+        report_lost(message, names, "rename the joint in the description")
         followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
         message = f"SDF {self.version} has no mimic: in Gazebo nothing couples {plural('joint', len(followers))}"
-        lost(message, followers, f"write 'version: \"{FOLLOWERS}\"' in the output")
+        report_lost(message, followers, f"write 'version: \"{FOLLOWERS}\"' in the output")
         for why, names in self.unseen.items():
             help = 'correct that, or write "gazebo: []" in the sensor to leave it out'
-            lost(f"Gazebo ignores these sensors because {why}:", names, help, "gazebo-cannot-see")
+            report_lost(f"Gazebo ignores these sensors because {why}:", names, help, "gazebo-cannot-see")
         found += self.idle
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
-        lost("SDF has no constraints between joints except mimic, so it lacks", couplings, 'use "mimic"')
-        lost("these constraints are not in the SDF:", self.open, "use links of the SDF for both ends")
+        report_lost("SDF has no constraints between joints except mimic, so it lacks", couplings, 'use "mimic"')
+        report_lost("these constraints are not in the SDF:", self.open, "use links of the SDF for both ends")
         closed = [one.name for one in self.loops if one.name not in self.open]
         message, help = "only Drake reads the constraints", 'write "gazebo: classic" for joints that close the loops'
         if self.gazebo:
             message = f"Gazebo {distribution(self.gazebo)} does not close kinematic loops, so it ignores"
             help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes them"
-        lost(message, closed if self.gazebo != CLASSIC else [], help)
+        report_lost(message, closed if self.gazebo != CLASSIC else [], help)
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
             found.append(Diagnostic("not-in-format", NOTE, message))

@@ -18,7 +18,7 @@ _recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders"
 
 
 @contextmanager
-def recording() -> Iterator[dict[Path, Version]]:
+def record_reads() -> Iterator[dict[Path, Version]]:
     """Collect the version of each path that is read, or looked up and missing, in the block."""
     paths: dict[Path, Version] = {}
     token = _recorders.set((*_recorders.get(), paths))

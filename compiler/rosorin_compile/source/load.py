@@ -62,10 +62,10 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
     """Read a UTF-8 file; errors are reported at ``asked``, such as an include, if not None. Raises LoadError."""
-    return decoded(read_input(path, shown, asked, MAX_BYTES, "check the file name and the permissions"), shown)
+    return decode(read_input(path, shown, asked, MAX_BYTES, "check the file name and the permissions"), shown)
 
 
-def decoded(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
+def decode(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
     """Decode the content of a file. Raises LoadError with the position of the first invalid byte."""
     try:
         return Source(shown, data.decode(encoding).removeprefix("\ufeff"))

@@ -221,7 +221,7 @@ def no_file(path: Path, of: str = "") -> str:
 ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
 
 
-class Resolved(NamedTuple):
+class PackageFolder(NamedTuple):
     """A package that was looked up by name; ``kind`` is ``ROS_PACKAGE`` or ``PYTHON_PACKAGE``; the path is absolute."""
 
     kind: str

@@ -122,13 +122,13 @@ class Text(str):
     __slots__ = ()
 
 
-class Kept(Text):
+class XmlText(Text):
     """XML elements in a part or a loop: a string with ``via``, which is how it got into the tree."""
 
     __slots__ = ("via",)
     via: Instance | None
 
-    def __new__(cls, text: str, via: Instance | None = None) -> Kept:
+    def __new__(cls, text: str, via: Instance | None = None) -> XmlText:
         made = super().__new__(cls, text)
         made.via = via
         return made

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rosorin_compile.formats.compilation import Compiled, Variant
+from rosorin_compile.formats.compilation import CompileResult, Variant
 from rosorin_compile.language.arguments import declared_arguments
 from rosorin_compile.output.atomic_files import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
@@ -41,7 +41,7 @@ def sweep(
     client: Client | None = None,
     *,
     trust: bool = False,
-) -> Iterator[Compiled]:
+) -> Iterator[CompileResult]:
     """Compile a description with the arguments of each variant, without writing files.
 
     Args:
@@ -51,7 +51,7 @@ def sweep(
         client: A ``distributed.Client`` on whose cluster the variants are compiled.
 
     Yields:
-        A ``Compiled`` for each variant, in order. If the list has errors, a single ``Compiled`` without a variant.
+        A ``CompileResult`` for each variant, in order. If the list has errors, a single one without a variant.
 
     Raises:
         OutputError: The cluster fails.
@@ -64,7 +64,7 @@ def sweep(
         low <Robot unitree_a1: 23 links, 22 joints (12 that move), 5 sensors>
         wrong None
     """
-    request = Request.of(robot, arguments, packages, trust=trust)
+    request = Request.from_arguments(robot, arguments, packages, trust=trust)
     if request.problems:
         yield request.compile()
         return
@@ -80,11 +80,11 @@ def sweep(
     else:
         wrong = [error("variants-list", f"variants are a file, a mapping or a list, not {variants!r}", None)]
     if wrong:
-        yield Compiled(None, (), wrong, ())
+        yield CompileResult(None, (), wrong, ())
         return
     work = partial(compile_only, Job(replace(request, warn=None), values))
     for variant, made in compile_in_order(listed, work, client=client):
-        yield Compiled(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
+        yield CompileResult(None, (), [made], (), variant=variant) if isinstance(made, Diagnostic) else made
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def write_sweep(
         >>> result.made, result.error, result.complete
         (1, 0, True)
     """
-    request = Request.of(robot, arguments, packages, trust=trust)
+    request = Request.from_arguments(robot, arguments, packages, trust=trust)
     over, folder = Path(os.fsdecode(variants)), Path(os.fsdecode(folder))
     if request.problems:
         return WrittenVariants(str(robot), str(folder), diagnostics=request.problems)

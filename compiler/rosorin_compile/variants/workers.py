@@ -21,7 +21,7 @@ from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.compilation import Compiled, Variant, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, Variant, compile_robot
 from rosorin_compile.output.artifact_set import check_names, encode
 from rosorin_compile.output.atomic_files import OutputError, digest
 from rosorin_compile.request import Request, prove
@@ -101,15 +101,15 @@ def compile_variant(job: Job, variant: Variant) -> Result:
         return Result(entry, files, {path: input_digest(path, start) for path in inputs})
 
 
-def compile_only(job: Job, variant: Variant) -> Compiled:
+def compile_only(job: Job, variant: Variant) -> CompileResult:
     """Compile a variant for the Python API, without mesh files. Raises ValueError in a worker of another version."""
     with _entered(job):
         return replace(_compiled(job, variant), variant=variant)
 
 
-def _compiled(job: Job, variant: Variant, search: Any = None) -> Compiled:
+def _compiled(job: Job, variant: Variant, search: Any = None) -> CompileResult:
     if has_errors(variant.diagnostics):
-        return Compiled(None, (), list(variant.diagnostics), ())
+        return CompileResult(None, (), list(variant.diagnostics), ())
     arguments = Map(variant.arguments.span)
     for source in (job.shared, variant.arguments):  # arguments of the variant override shared arguments
         for name, value in source.items():

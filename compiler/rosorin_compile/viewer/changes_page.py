@@ -23,8 +23,8 @@ from .robot_view import RobotView, load, nameless, on_disk
 if TYPE_CHECKING:
     from rosorin_compile.compare.artifacts import Change
     from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.compare.golden_check import Committed
-    from rosorin_compile.formats.compilation import Compiled
+    from rosorin_compile.compare.golden_check import GoldenDifferences
+    from rosorin_compile.formats.compilation import CompileResult
     from rosorin_compile.request import Request
 
 COMMITTED = "what is committed"
@@ -62,7 +62,7 @@ class Pictures:
         self.embedding = EmbeddedFiles(max_megabytes) if meshes else None
         self.taken: list[Picture] = []
 
-    def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
+    def take(self, request: Request, compiled: CompileResult, found: GoldenDifferences) -> None:
         """Add a robot to the page, with its changes since its artifacts were committed."""
         shown, outputs = load(request)[0], request.description.outputs
         comparison, committed, meshes = found.comparison, found.committed, found.meshes

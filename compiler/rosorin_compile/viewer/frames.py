@@ -96,7 +96,7 @@ def frames(
         >>> [(edge.parent, edge.child, edge.publisher) for edge in found.situations[0].edges][-1:]
         [('base_link', 'laser', 'tf_base_laser')]
     """
-    request = Request.of(robot, arguments, packages, trust=trust)
+    request = Request.from_arguments(robot, arguments, packages, trust=trust)
     case, diagnostics = request.load_case()
     if case is None:
         return Frames(request.description.name, diagnostics=diagnostics)

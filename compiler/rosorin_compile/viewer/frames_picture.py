@@ -12,7 +12,7 @@ from itertools import count, product
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.format import NODES, UNPUBLISHED, Asked, Format, xml_syntax
+from rosorin_compile.formats.format import NODES, UNPUBLISHED, Format, OutputEntry, xml_syntax
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
 from rosorin_compile.rules.publishers import MAX_MODES, holds, modes_in
@@ -265,7 +265,7 @@ FORMAT = Format(
     endings=(".svg",),
     check=check,
     write=write,
-    asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
+    asked=lambda *source: OutputEntry({"file": "frames.svg"}),  # noqa: ARG005
     syntax=xml_syntax,
     shown=False,
 )

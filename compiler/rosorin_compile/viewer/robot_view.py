@@ -161,7 +161,7 @@ def view(
     """
     if max_megabytes is not None and not max_megabytes >= 0:
         raise RequestError("--max-megabytes wants a number from 0 on")
-    request, file = Request.of(robot, arguments, packages, trust=trust), Path(output)
+    request, file = Request.from_arguments(robot, arguments, packages, trust=trust), Path(output)
     name, (shown, diagnostics, inputs) = request.description.name, load(request)
     if shown is None:
         return Page(name, file, diagnostics=tuple(one for one in diagnostics if one.severity == ERROR))

@@ -9,7 +9,7 @@ from typing import Any
 from rosorin_compile.extend import (
     Diagnostic,
     Format,
-    Opened,
+    ImportFile,
     Rule,
     Templates,
     Unsupported,
@@ -83,7 +83,7 @@ def read(text: str) -> Robot:
     return Robot(name, tuple(links), tuple(joints))
 
 
-def load(opened: Opened) -> dict[str, Any]:
+def load(opened: ImportFile) -> dict[str, Any]:
     """Return the description that a file contains, as plain YAML values."""
     robot: dict[str, Any] = {"links": {}, "joints": {}}
     angle = "rad"
@@ -113,7 +113,7 @@ def load(opened: Opened) -> dict[str, Any]:
     return robot
 
 
-def numbers(opened: Opened, line: int, words: list[re.Match[str]], *units: str) -> list[Any]:
+def numbers(opened: ImportFile, line: int, words: list[re.Match[str]], *units: str) -> list[Any]:
     """Return numbers with their places, for messages, and with their digits, for comparisons."""
     pairs = zip(words, units, strict=True)
     return [opened.at(f"{word[0]} {unit}", line, word.start() + 1, len(word[0])) for word, unit in pairs]

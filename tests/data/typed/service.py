@@ -6,13 +6,22 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import rosorin_compile
-from rosorin_compile import Artifact, Checked, Compiled, Diagnostic, Difference, Explained, Reading, Written
+from rosorin_compile import (
+    Artifact,
+    CheckResult,
+    CompileResult,
+    Diagnostic,
+    Difference,
+    ExplainResult,
+    ReadResult,
+    WriteResult,
+)
 from rosorin_compile.extend import ERROR, Case, Format, Span, Templates, did_you_mean, rule
 from rosorin_compile.model import Box, Joint, Mesh, Output, Robot, Transform, Vector
 
 
 def compiled(name: str, arguments: dict[str, object]) -> tuple[str, tuple[str, ...]]:
-    made: Compiled = rosorin_compile.compile(name, arguments, packages={"arm": Path("arm")})
+    made: CompileResult = rosorin_compile.compile(name, arguments, packages={"arm": Path("arm")})
     if made.robot is None:
         return "", tuple(place(one) for one in made.diagnostics if one.severity == ERROR)
     artifacts: tuple[Artifact, ...] = made.artifacts
@@ -35,7 +44,7 @@ def movers(robot: Robot) -> Iterator[tuple[str, Vector, float]]:
 
 
 def reads(path: Path) -> list[str]:
-    reading: Reading = rosorin_compile.read(path, lenient=True)
+    reading: ReadResult = rosorin_compile.read(path, lenient=True)
     if reading.robot is None:
         return []
     seen: Transform = reading.robot.transform("base_link", "laser", {"joint1": 0.5})
@@ -47,13 +56,13 @@ def reads(path: Path) -> list[str]:
 
 def same(name: str, file: Path) -> bool:
     difference: Difference = rosorin_compile.diff(name, file, tolerance=1e-6)
-    checked: Checked = rosorin_compile.check(name, outputs="outputs")
+    checked: CheckResult = rosorin_compile.check(name, outputs="outputs")
     return difference.same and checked.same and not checked.differing
 
 
 def written(name: str, folder: Path) -> tuple[str, ...]:
-    done: Written = rosorin_compile.write(name, outputs=folder, prune=True)
-    explained: Explained = rosorin_compile.explain(name, ["laser"], pose="tuck")
+    done: WriteResult = rosorin_compile.write(name, outputs=folder, prune=True)
+    explained: ExplainResult = rosorin_compile.explain(name, ["laser"], pose="tuck")
     title: str = rosorin_compile.schema("description")["title"]
     return (*done.written, title, str(explained))
 

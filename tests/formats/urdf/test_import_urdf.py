@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.diagnostics import text as report
@@ -12,7 +12,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map
 
 
-def read(folder: Path, text: str | bytes, name: str = "robot.urdf", lenient: bool = False) -> Imported:
+def read(folder: Path, text: str | bytes, name: str = "robot.urdf", lenient: bool = False) -> ImportedRobot:
     path = folder / name
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return read_robot(path, ReadOptions(lenient=lenient))
@@ -24,7 +24,7 @@ def tree_of(folder: Path, text: str | bytes) -> Map:
     return imported.tree
 
 
-def told(imported: Imported) -> list[str]:
+def told(imported: ImportedRobot) -> list[str]:
     return [f"{d.severity}[{d.rule}]: {d.message}" for d in arrange(imported.diagnostics)]
 
 

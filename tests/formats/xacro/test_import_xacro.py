@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.xacro import expand as reader
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -44,22 +44,22 @@ PART = f"""{HEAD}  <xacro:property name="table" lazy_eval="false" value="${{xacr
 """
 
 
-def expand(path: Path | str, **options: object) -> Imported:
+def expand(path: Path | str, **options: object) -> ImportedRobot:
     return read_robot(Path(path), ReadOptions(**{"environment": {}, "trust": True, **options}))  # type: ignore[arg-type]
 
 
-def tree_of(imported: Imported) -> dict:
+def tree_of(imported: ImportedRobot) -> dict:
     assert imported.tree is not None, report(arrange(imported.diagnostics))
     return imported.tree
 
 
-def expanded(body: str, **options: object) -> Imported:
+def expanded(body: str, **options: object) -> ImportedRobot:
     """Write the body of robot.xacro, and read it."""
     write_files(Path(), {"robot.xacro": f"{HEAD}{body}</robot>"})
     return expand("robot.xacro", **options)
 
 
-def lines(imported: Imported) -> list[str]:
+def lines(imported: ImportedRobot) -> list[str]:
     return [line(one) for one in arrange(imported.diagnostics)]
 
 

@@ -12,7 +12,7 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.mujoco.collisions import FAR, TOUCH, Search
 from rosorin_compile.mujoco.solids import read_meshes
 from rosorin_compile.request import Request
-from rosorin_compile.ros.srdf.planning import planning_of
+from rosorin_compile.ros.srdf.planning import planning_model
 from rosorin_compile.source.project import Description
 from support.coal import Coal
 from support.paths import data_text
@@ -65,7 +65,7 @@ def both(path: Path, outputs: Path) -> tuple[Search, Coal]:
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None
-    planning = planning_of(known.robot)
+    planning = planning_model(known.robot)
     assert planning is not None
     files = Places(path, outputs, {}, os.environ).meshes(known.tree, known.robot.outputs)
     _, meshes, problems = read_meshes(known, files)

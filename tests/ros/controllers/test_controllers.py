@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from rosorin_compile import check_parameters
-from rosorin_compile.formats.compilation import Compiled, compile_robot
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description
@@ -23,7 +23,7 @@ ROBOTS = sorted(path.stem for path in FOLDER.glob("*.yaml"))
 WRITTEN = [(name, one) for name in ROBOTS for one in ("humble", "jazzy") if (name, one) != ("omni", "humble")]
 
 
-def compiled(path: Path, distribution: str) -> Compiled:
+def compiled(path: Path, distribution: str) -> CompileResult:
     made = compile_robot(path, {"distribution": distribution})
     assert not has_errors(made.diagnostics), [one.message for one in made.diagnostics]
     return made

@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output.package_folder import MANIFEST
-from rosorin_compile.ros.package.package_files import files_below, missing, undeclared_packages
+from rosorin_compile.ros.package.package_files import files_below, undeclared_packages, uninstalled_files
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
@@ -298,7 +298,7 @@ def test_what_setup_py_does_not_install(base: Path, capsys: pytest.CaptureFixtur
 def test_what_a_package_installs(tmp_path: Path, text: str, is_installed: bool) -> None:
     is_cmake = "install(" in text or "ament_auto_package" in text
     (tmp_path / ("CMakeLists.txt" if is_cmake else "setup.py")).write_text(text)
-    found = list(missing(tmp_path, "p", ["urdf/rosorin.urdf"]))
+    found = list(uninstalled_files(tmp_path, "p", ["urdf/rosorin.urdf"]))
     assert (found == []) is is_installed
     if found and is_cmake:
         assert found[0][1] == ("CMakeLists.txt", "install(DIRECTORY urdf DESTINATION share/${PROJECT_NAME})")

@@ -8,7 +8,7 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Robot
@@ -171,12 +171,12 @@ TOLD = sorted(FILES.glob("told/*.srdf"))
 BAD = sorted(FILES.glob("bad/*.srdf"))
 
 
-def joined(file: Path, **options: Any) -> Imported:
+def joined(file: Path, **options: Any) -> ImportedRobot:
     how = ReadOptions(**options)
     return join(read_robot(FILES / "arm.urdf", how), "srdf", file, how)
 
 
-def robot_of(imported: Imported) -> tuple[Robot, Moveit]:
+def robot_of(imported: ImportedRobot) -> tuple[Robot, Moveit]:
     assert imported.tree is not None
     robot = lower(imported.tree).robot
     assert robot is not None

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.viewer.server import LOOPBACK, Page, Refused, Server, create_server
+from rosorin_compile.viewer.server import LOOPBACK, HttpRefusal, Page, Server, create_server
 from support.commands import Shown
 from support.viewing import Events, asked
 
@@ -48,7 +48,7 @@ def test_it_serves_the_robot(server: Server) -> None:
 
 def test_it_says_why_it_does_not_know_what_touches(server: Server) -> None:
     def unknown(_: object) -> list[list[str]]:
-        raise Refused(501, "mujoco is not installed")
+        raise HttpRefusal(501, "mujoco is not installed")
 
     server.page.touching = unknown
     found = asked(server.port, "/touching", "POST", b"{}", Content_Type="application/json")

@@ -8,7 +8,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Output, Robot
 from rosorin_compile.source.tree import Map
 
 from .. import format
-from ..format import Asked, Format, Unsupported, xml_syntax
+from ..format import Format, OutputEntry, Unsupported, xml_syntax
 from ..gazebo import unsupported_drives
 from . import write
 from .write import ELEMENTS, Content, check, frames_of, links_of
@@ -25,14 +25,14 @@ def _leaves_out(robot: Robot, link: str) -> bool:
     return bool(carried) and link not in carried
 
 
-def _asked(tree: Map, version: str, name: str) -> Asked:
+def _asked(tree: Map, version: str, name: str) -> OutputEntry:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
     entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # options set by the import
     has_capsules = any("capsule" in shape for shape in shapes)
     entry |= {"version": "1.2"} if has_capsules or version == "1.2" else {}
     remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, they are cylinders"
-    return Asked(entry, remark if has_capsules else "")  # urdfdom before version 5 rejects that version
+    return OutputEntry(entry, remark if has_capsules else "")  # urdfdom before version 5 rejects that version
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:

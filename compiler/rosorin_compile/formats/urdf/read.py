@@ -21,9 +21,9 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import and_more, mask_controls, phrase
 from rosorin_compile.source.xml.markup import Document, Element, name_of, parse_artifact
 
-from ..imported_robot import Imported, ReadOptions, comments_of
+from ..imported_robot import ImportedRobot, ReadOptions, comments_of
 from ..robot_files import accept, lower_artifact
-from ..xml_reader import ANGLES, LENGTHS, NAME, PLAIN, XmlReader, lacks, numbers, put
+from ..xml_reader import ANGLES, LENGTHS, NAME, PLAIN, XmlReader, lacks, numbers, put_value
 
 # Types of joints, with the unit of the position.
 TYPES = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "fixed": "", "floating": "", "planar": "m"}
@@ -78,7 +78,7 @@ _WITH_RANGE = ("revolute", "prismatic")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
 
-def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...] = ()) -> Imported:
+def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...] = ()) -> ImportedRobot:
     """Import a URDF document. ``files`` are the files that it was generated from, by default ``path``."""
     reader = _Reader(options)
     tree: Map | None = reader.robot(document.root, path)
@@ -90,7 +90,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
             diagnostics.append(replace(one, help=help))
     tree = None if has_errors(diagnostics) else tree
     comments = comments_of(document, reader.paths) if tree is not None else []
-    return Imported(tree, diagnostics, comments, files or (path,), document.root.get("version"))
+    return ImportedRobot(tree, diagnostics, comments, files or (path,), document.root.get("version"))
 
 
 def read(text: str) -> Robot:
@@ -127,10 +127,10 @@ class _Reader(XmlReader):
         else:
             problem = '<robot> lacks the attribute "name"' if name is None else "the name of <robot> is empty"
             if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
-                put(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
-        put(source, "status", "imported", root)
-        put(source, "note", f"from {mask_controls(path.name)}", root)
-        put(tree, "source", source, root)
+                put_value(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
+        put_value(source, "status", "imported", root)
+        put_value(source, "note", f"from {mask_controls(path.name)}", root)
+        put_value(tree, "source", source, root)
         self.paths[id(root)] = ("robot",)
         self._materials(root, tree)
         self.joints = {child.get("name") for child in root.children if child.tag == "joint"}
@@ -145,7 +145,7 @@ class _Reader(XmlReader):
                     value = float(element.get("value") or element.text)
                     if element.tag in _SPRING and math.isfinite(value):
                         joint.setdefault_at("dynamics", Map(element.span), element.span)
-                        put(joint["dynamics"], _SPRING[element.tag], value, element)
+                        put_value(joint["dynamics"], _SPRING[element.tag], value, element)
         version = root.attributes.get("version")
         if version and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
@@ -243,14 +243,14 @@ class _Reader(XmlReader):
                 self.paths[id(part)], moments = (*path, tag), Map(part.span)
                 self.put_numbers(moments, part)
                 self.need(part, *NUMBERS[tag])
-                put(entry, tag, moments, part)
+                put_value(entry, tag, moments, part)
             else:
                 self.check_element(part, None, (*path, tag), "value")
                 self.put_numbers(entry, part, keys={"value": "mass"})
                 self._origin(entry, element, path)
         self.check_element(element)
         if not self.spoilt(element, "the inertial", before):
-            put(link, "inertial", entry, element)
+            put_value(link, "inertial", entry, element)
 
     def _shape(self, element: Element, link: Map, path: TreePath) -> None:
         """Add a <visual> or <collision> to its list, or keep it as XML if its geometry is not supported."""
@@ -281,7 +281,7 @@ class _Reader(XmlReader):
         if shape.tag == "mesh":
             self._put_text(made, "file", shape, "filename")
         self.put_numbers(made, shape)
-        put(entry, shape.tag, made, shape)
+        put_value(entry, shape.tag, made, shape)
         name = element.attributes.get("name")
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
@@ -370,7 +370,7 @@ class _Reader(XmlReader):
             return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
-                put(entry, name, 0, element)  # the default in readers of URDF
+                put_value(entry, name, 0, element)  # the default in readers of URDF
         self.put_numbers(entry, element, position)
         missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
         if missing:
@@ -386,7 +386,7 @@ class _Reader(XmlReader):
             return
         elif tag == "safety_controller":
             self.need(element, "k_velocity")
-        put(joint, tag, entry, element)
+        put_value(joint, tag, entry, element)
 
     def _materials(self, robot: Element, tree: Map) -> None:
         for element in robot.children:

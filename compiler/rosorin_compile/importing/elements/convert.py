@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.gazebo import element_differences, followers_of
-from rosorin_compile.formats.imported_robot import Comment, Imported, as_tree
+from rosorin_compile.formats.imported_robot import Comment, ImportedRobot, as_tree
 from rosorin_compile.formats.robot_files import violations
 from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Expansion, Scope
@@ -57,13 +57,13 @@ class Candidate(NamedTuple):
 class ConvertedRobot(NamedTuple):
     """A robot whose Gazebo and ros2_control elements were converted to sections where possible."""
 
-    imported: Imported
+    imported: ImportedRobot
     plain: Map | None = None  # the robot before the conversion, or None if no element was converted
     names: Mapping[str, Sequence[str]] = {}  # names of the new entries, by kind such as "sensor"
     kept: Mapping[str, str] = {}  # why an element is kept as XML, by element
 
 
-def with_sections(imported: Imported) -> ConvertedRobot:
+def with_sections(imported: ImportedRobot) -> ConvertedRobot:
     """Convert the Gazebo and ros2_control elements of a robot to sections of the description where possible."""
     tree = imported.tree
     texts = tree.get(ELEMENTS) if tree is not None else None
@@ -78,7 +78,7 @@ def with_sections(imported: Imported) -> ConvertedRobot:
 class _Conversion:
     """Converts the XML elements of a robot to sections; ``kept`` has the reason for each element that stays XML."""
 
-    def __init__(self, imported: Imported, tree: Map, texts: Seq, robot: Robot) -> None:
+    def __init__(self, imported: ImportedRobot, tree: Map, texts: Seq, robot: Robot) -> None:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
         self.kept: dict[str, str] = {}
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Imported
+from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, ImportedRobot
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
 
@@ -61,13 +61,13 @@ class Part:
 class _Result:
     """The new parts by name, the comments with their new paths, and the number of comparisons still allowed."""
 
-    def __init__(self, imported: Imported) -> None:
+    def __init__(self, imported: ImportedRobot) -> None:
         self.comments = list(imported.comments)
         self.budget = _WORK * len(imported.whole.get("links") or ())
         self.parts: dict[str, Mapping[str, Any]] = {}
 
 
-def with_parts(imported: Imported) -> Imported:
+def with_parts(imported: ImportedRobot) -> ImportedRobot:
     """Replace repeated links and joints with parts and instances; return ``imported`` itself if none repeat."""
     result, made = _Result(imported), imported.whole.copy()
     made.update(_Body(imported.whole, (), result).with_uses())

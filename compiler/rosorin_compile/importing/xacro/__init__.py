@@ -11,10 +11,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.format import Format, Opened
+from rosorin_compile.formats.format import Format, ImportFile
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.imported_robot import Imported
+    from rosorin_compile.formats.imported_robot import ImportedRobot
     from rosorin_compile.source.xml.markup import Document
 
 __all__ = ["FORMAT"]
@@ -27,7 +27,7 @@ def _recognises(document: Document, path: Path) -> bool:
     return (document.root.tag == "robot" or defines_macros) and is_xacro(document, path)
 
 
-def _read(opened: Opened) -> Imported:
+def _read(opened: ImportFile) -> ImportedRobot:
     from .expand import read_xacro
 
     return read_xacro(opened.xml, opened.path, opened.options)

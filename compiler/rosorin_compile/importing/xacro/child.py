@@ -22,7 +22,7 @@ from typing import Any
 from urllib.parse import unquote
 from xml.dom import minidom
 
-from rosorin_compile.source.files import read_text, recording
+from rosorin_compile.source.files import read_text, record_reads
 from rosorin_compile.source.packages import Packages, package_name
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
@@ -59,7 +59,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
     if request["environment"] is not None:
         os.environ.clear()
         os.environ.update(request["environment"])
-    with recording() as paths:
+    with record_reads() as paths:
         answer = run(request)
     answer["recorded"] = [[os.path.abspath(path), version] for path, version in paths.items()]
     with answer_to:

@@ -15,7 +15,21 @@ from rosorin_compile.formats.urdf.read import SHAPES
 from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
 from ..description import Expression, Verbatim, in_order
-from .ir import Call, Comment, Element, Failed, If, Macro, Words, all_of, as_text, call, fold, negate, plain_node
+from .ir import (
+    Call,
+    Comment,
+    Element,
+    If,
+    Macro,
+    Untranslatable,
+    Words,
+    all_of,
+    as_text,
+    call,
+    fold,
+    negate,
+    plain_node,
+)
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -96,7 +110,7 @@ class Entries:
             yield tag, [call or self.finish([*items, *self.fragment(node.body, tag)])], None
         elif tag == "origin" and level in ("inertial", "visual", "collision", "joint"):
             if "quat_xyzw" in node.attributes:
-                raise Failed("quat_xyzw has no word")
+                raise Untranslatable("quat_xyzw has no word")
             yield from ((key, value, None) for key, value in self._numbers(node).items())
         elif level == "inertial" and tag == "mass":
             yield tag, self._numbers(node).get("value", Verbatim("0")), None
@@ -129,7 +143,7 @@ class Entries:
         elif level in ("link", "joint", "visual", "collision"):
             yield "urdf_elements", [self.xml(node)], None
         else:
-            raise Failed(f"<{tag}> in <{level}> has no word")
+            raise Untranslatable(f"<{tag}> in <{level}> has no word")
 
     def finish(self, items: list[Item]) -> dict[str, Any]:
         """Build an entry from (key, value, condition) tuples; merge several values of a key. Raises Failed."""
@@ -144,7 +158,7 @@ class Entries:
             if len(found) > 1 or (only is not None and not isinstance(first, dict)):
                 value = merge(key, found)
             if value is None:
-                raise Failed(f"{key} has several values on different conditions")
+                raise Untranslatable(f"{key} has several values on different conditions")
             made[key] = value
         return in_order(made)
 
@@ -181,7 +195,7 @@ class Entries:
         entry = self.finish(self.fragment(macro.body, macro.level))
         inner = [item for key, value in entry.items() for item in (value if key in _LISTS else [value])]
         if len(inner) > len(entry) or any(isinstance(one, dict) and IF in one for one in inner):
-            raise Failed("it has several elements of a kind, or one on a condition")
+            raise Untranslatable("it has several elements of a kind, or one on a condition")
         return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
@@ -243,7 +257,7 @@ class Entries:
             text = " ".join(self._lines([one for one in body if not isinstance(one, Comment)], ""))
             made = node_of(Expression(text) if "${" in text else text) if text else ast.Constant("")
             if made is None:
-                raise Failed("a condition in a kept element has expressions of its own", node.test.node)
+                raise Untranslatable("a condition in a kept element has expressions of its own", node.test.node)
             sides.append(made)
         if all(isinstance(one, ast.Constant) and one.value == "" for one in sides):
             return []

@@ -234,7 +234,7 @@ class Evaluator:
                 items[one] = self.eval(one)  # type: ignore[index, arg-type]
         unknown = [one.node for one in items.values() if not ir.is_known(one)]
         if unknown:
-            raise ir.Failed(f"{ir.TOKEN.sub('_', ast.unparse(tree))[:60]} cannot be translated", *unknown)
+            raise ir.Untranslatable(f"{ir.TOKEN.sub('_', ast.unparse(tree))[:60]} cannot be translated", *unknown)
         value = self._example(tree, items)
         return value if callable(value) else ir.symbol_of(value)
 
@@ -320,8 +320,8 @@ class Conditions:
             if any(isinstance(one, ir.Restart) for one in chain) or (value == holds and not is_endless):
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
-            if is_endless or any(isinstance(one, ir.Failed) for one in chain):
-                raise (ir.Restart if program.blame([test.node], reason) else ir.Failed(reason)) from None
+            if is_endless or any(isinstance(one, ir.Untranslatable) for one in chain):
+                raise (ir.Restart if program.blame([test.node], reason) else ir.Untranslatable(reason)) from None
             program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
             for table, values, unevaluated in before:  # undo the branch, because xacro rejects this argument value
                 dict.clear(table)
@@ -334,7 +334,7 @@ class Conditions:
         finally:
             self.assumed.pop(key, None)
         if any(macro.body is not body for macro, body in defined):
-            raise ir.Failed("a macro is defined in two ways", test.node)
+            raise ir.Untranslatable("a macro is defined in two ways", test.node)
         node.setAttribute("test", str(test))
         node.setAttribute("holds", str(int(holds)))
         for table, values, unevaluated in before:
@@ -370,14 +370,14 @@ class NamedFiles:
         """Return True if the description can find a ROS package by name. Raises Failed for a missing package."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
-            raise ir.Failed(f'the package "{package}" is not found')
+            raise ir.Untranslatable(f'the package "{package}" is not found')
         self.folders[package] = str(folder)
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
         """Translate ``load_yaml`` to a call of ``load``; the example value is the content of the YAML file."""
         if name.value is ir.UNKNOWN:
-            raise ir.Failed("the file that is loaded is not known", name.node)
+            raise ir.Untranslatable("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))
         if not name.known:
             for one in ir.variables_in([name.node]):
@@ -410,7 +410,7 @@ class NamedFiles:
             name = Path(name).name if name.startswith("..") else name
         if not name.startswith("package://"):
             if Path(name).is_absolute() or ".." in Path(name).parts:
-                raise ir.Failed(f"{Path(name).name} is not a file of the xacro or its packages")
+                raise ir.Untranslatable(f"{Path(name).name} is not a file of the xacro or its packages")
             with suppress(OSError, ValueError):  # skip an unreadable file, which xacro reports
                 self.copied[name] = files.read_text(Path(path))
         return name

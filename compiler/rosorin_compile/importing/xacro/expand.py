@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
 from rosorin_compile.source import diagnostics as report
 from rosorin_compile.source import system
@@ -150,7 +150,7 @@ def _only_left_over(document: Document, path: Path) -> bool:
     return not calls_macros and not words.intersection(_MAKING) and not any("${" in v or "$(" in v for v in values)
 
 
-def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
+def read_xacro(document: Document, path: Path, options: ReadOptions) -> ImportedRobot:
     """Read the robot in a xacro file, or in a URDF with leftover xacro elements."""
     if options.call is None and _only_left_over(document, path):
         left_over = read_urdf(document, path, options)
@@ -159,7 +159,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     first = document.root.span
     call = None if options.call is None else macro_call(options.call, document, path, options)
     if call is not None and call.problems:
-        return Imported(None, [*call.problems], files=(path,))
+        return ImportedRobot(None, [*call.problems], files=(path,))
     message = f"{document.source.path} is expanded by xacro, which can run Python code of its author"
     help = "continue only with files of authors whom you trust; --trust confirms that"
     warning = Diagnostic("xacro-runs-code", report.WARNING, message, first, (), help)
@@ -182,7 +182,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     diagnostics += _remarks(answer, first)
     problems = _errors(answer, document, path, origins, options, files)
     if problems:
-        return Imported(None, [*diagnostics, *problems], (), files)
+        return ImportedRobot(None, [*diagnostics, *problems], (), files)
     try:
         made = parse(Source(document.source.path, answer["text"]))
         links = {child.get("name") for child in made.root.children if child.tag == "link"}
@@ -194,7 +194,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
-        return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
+        return ImportedRobot(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount link has no source position
     problem = None if links or mount else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
@@ -202,7 +202,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
         problem = error("wrong-root", message, made.root.span, help)
     if problem is not None:
-        return Imported(None, [*diagnostics, problem], (), files)
+        return ImportedRobot(None, [*diagnostics, problem], (), files)
     read = read_urdf(made, path, options, files)
     if mount and read.tree is not None:
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)

@@ -33,7 +33,7 @@ _NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
 Pieces = list[Any]  # strings and ``Symbol``s that are concatenated
 
 
-class Failed(Exception):
+class Untranslatable(Exception):
     """A value cannot be expressed in the description language; ``nodes`` are the expressions that cause this."""
 
     def __init__(self, reason: str, *nodes: ast.AST) -> None:
@@ -62,19 +62,19 @@ def plain_node(value: Any) -> ast.expr:
     if isinstance(value, dict):
         return ast.Dict([plain_node(key) for key in value], [plain_node(dict.get(value, key)) for key in value])
     if isinstance(value, float) and not math.isfinite(value):
-        raise Failed("nan and inf are not values of the language")
+        raise Untranslatable("nan and inf are not values of the language")
     if isinstance(value, (int, float)) and value < 0:
         return ast.UnaryOp(ast.USub(), ast.Constant(-value))
     if isinstance(value, (int, float, str)):
         return ast.Constant(value)
-    raise Failed(f"{type(value).__name__} cannot be translated")
+    raise Untranslatable(f"{type(value).__name__} cannot be translated")
 
 
 def number_in(text: str) -> int | float:
     """Parse a finite number from a string. Raises Failed if the string is not a number."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise Failed(f'"{text[:40]}" is not a number')
+        raise Untranslatable(f'"{text[:40]}" is not a number')
     return value
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .child import MARK
-from .ir import COMMENTS, UNKNOWN, Failed, Macro, Restart, Symbol, nodes_of, symbol_of, with_tokens
+from .ir import COMMENTS, UNKNOWN, Macro, Restart, Symbol, Untranslatable, nodes_of, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
@@ -113,7 +113,7 @@ class Calls:
                 raise xacro.XacroException("Not enough blocks", macro=macro)
             if block.tagName == "xacro-if":
                 test = with_tokens(block.getAttribute("test"))
-                raise Failed("a block depends on a condition", test.node)
+                raise Untranslatable("a block depends on a condition", test.node)
             parameters.remove(name)
             call.blocks[name] = block
             block = xacro.next_sibling_element(block)

@@ -56,7 +56,7 @@ class Program(Expansion):
                 chain = list(causes(problem))
                 if any(isinstance(one, ir.Restart) for one in chain):
                     continue
-                failed = next((one for one in chain if isinstance(one, ir.Failed)), None)
+                failed = next((one for one in chain if isinstance(one, ir.Untranslatable)), None)
                 reason = str(failed or problem) or repr(problem)
                 if failed is None or not self.blame(failed.nodes, reason):
                     return {"error": reason}
@@ -154,7 +154,7 @@ class Program(Expansion):
             return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
         named = ir.with_tokens(rest.strip())
         if not ir.is_known(named):
-            raise ir.Failed(f"$({kind}) cannot be translated", named.node)
+            raise ir.Untranslatable(f"$({kind}) cannot be translated", named.node)
         rest = str(ir.example_of(named))
         if kind == "arg":
             return self.argument(rest)
@@ -220,7 +220,7 @@ class Program(Expansion):
             return before[2]
         try:
             symbol = ir.symbol_of(value)
-        except ir.Failed:
+        except ir.Untranslatable:
             return value
         first = next(iter(ir.pieces_of(symbol)), None)
         is_variable = symbol.variable is not None and symbol.variable.kind != "let"
@@ -293,7 +293,7 @@ class Program(Expansion):
         """Evaluate an attribute whose value is a name. Raises Failed if the name depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not ir.is_known(name):
-            raise ir.Failed("the name of an element or attribute depends on it", name.node)
+            raise ir.Untranslatable("the name of an element or attribute depends on it", name.node)
         return str(ir.example_of(name))
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:
@@ -356,7 +356,7 @@ class Program(Expansion):
         """Evaluate <xacro:include>."""
         name = self.eval_text(node.getAttribute("filename"), symbols)
         if not ir.is_known(name):
-            raise ir.Failed("the file to include is named by it", name.node)
+            raise ir.Untranslatable("the file to include is named by it", name.node)
         node.setAttribute("filename", str(ir.example_of(name)).replace("${", "$${"))
         self.own_include(node, macros, symbols, self.eval_all)
 

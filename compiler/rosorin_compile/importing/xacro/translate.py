@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.compilation import compile_robot
-from rosorin_compile.formats.imported_robot import Imported, Outputs, ReadOptions
+from rosorin_compile.formats.imported_robot import ImportedRobot, Outputs, ReadOptions
 from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.language.expand.included_robots import move_files
 from rosorin_compile.source.diagnostics import Diagnostic, count_of, has_errors, phrase
@@ -81,7 +81,9 @@ class _Fault(NamedTuple):
     combination: Combination
 
 
-def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
+def translate(
+    path: Path, options: ReadOptions, imported: ImportedRobot, wanted: Outputs, target: Target
+) -> Translation:
     """Translate a xacro to a description; if that fails, the ``Translation`` has no files and reports the reason.
 
     ``imported`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
@@ -97,13 +99,15 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
 class _Search:
     """Repeats the translation with fewer macros and arguments until the compiled robot equals the output of xacro."""
 
-    def __init__(self, path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> None:
+    def __init__(
+        self, path: Path, options: ReadOptions, imported: ImportedRobot, wanted: Outputs, target: Target
+    ) -> None:
         self.path, self.options, self.imported, self.target = path, options, imported, target
         self.outputs = dict(wanted.entries)
         if "urdf" in self.outputs:  # do not generate Gazebo and ros2_control elements: the xacro has them
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.robots: dict[Combination, Imported] = {(): imported}  # robots that xacro generates
+        self.robots: dict[Combination, ImportedRobot] = {(): imported}  # robots that xacro generates
         self.inlined: dict[str, str] = {}  # why a macro is expanded, by its source position
         self.fixed: dict[str, list[str]] = {}  # [value, reason] of each replaced argument by name
         self.began = sum(os.times()[:4])  # CPU time in seconds, with child processes
@@ -307,7 +311,7 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
     return _Fault(text + (f" ({Path(span.source.path).name}:{span.line})" if span else ""), macros, row)
 
 
-def _calls(texts: Sequence[str], made: Imported) -> list[list[str]]:
+def _calls(texts: Sequence[str], made: ImportedRobot) -> list[list[str]]:
     """Return the macro calls, innermost first, that created each link, joint and element named in ``texts``."""
     names, tree = set(re.findall(r"[\w./-]+", " ".join(texts))), made.whole
     spans = []

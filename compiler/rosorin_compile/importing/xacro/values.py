@@ -54,7 +54,7 @@ class Values:
         if len(words) == count:
             return [self.number(word, unit) for word in words]
         if len(words) != 1 or (isinstance(words[0][0], str) and len(words[0]) == 1):
-            raise ir.Failed(f"{len(words)} numbers, not {count}")
+            raise ir.Untranslatable(f"{len(words)} numbers, not {count}")
         return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
     def file(self, pieces: ir.Pieces) -> Any:

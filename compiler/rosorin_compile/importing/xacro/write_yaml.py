@@ -139,7 +139,7 @@ class Writer:
         before, self._macro = self._macro, macro
         try:
             yield
-        except ir.Failed as problem:
+        except ir.Untranslatable as problem:
             macro = node.macro if macro is None and isinstance(node, ir.Call) else macro
             nodes = problem.nodes or ir.expressions_in([] if node is None else [node])
             if macro is not None:
@@ -162,7 +162,7 @@ class Writer:
                 if condition is None or ir.fold(condition) is not False:
                     self._body([*map(ir.Comment, comments), *node.body], condition)
             elif isinstance(node, ir.Words):
-                raise ir.Failed("text among links")
+                raise ir.Untranslatable("text among links")
             else:
                 with self._within(self._macro, node):
                     write = self._use if isinstance(node, ir.Call) else self._entry
@@ -181,7 +181,7 @@ class Writer:
         if node.tag == "material":
             if self._macro is not None:  # define the material in the robot, because a part cannot have materials
                 if when is not None or any(one.owner for one in ir.variables_in(ir.expressions_in([node]))):
-                    raise ir.Failed("it defines materials of several values, which the robot shares")
+                    raise ir.Untranslatable("it defines materials of several values, which the robot shares")
                 document = self.documents.setdefault(self._file(place), {})
             name = self.values.text(node.attributes.get("name", []))
             value = self.entries.finish(self.entries.fragment(node.body, "material"))
@@ -208,7 +208,7 @@ class Writer:
         known.append((value, when))
         chosen = merge("", known)
         if chosen is None:
-            raise ir.Failed(f'there are several entries "{key}"', *(one for _, one in known if one is not None))
+            raise ir.Untranslatable(f'there are several entries "{key}"', *(one for _, one in known if one is not None))
         section[key] = chosen
 
     def write_macro(self, macro: ir.Macro) -> dict[str, Any]:

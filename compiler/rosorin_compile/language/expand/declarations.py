@@ -19,7 +19,7 @@ from ..schema import merged_sections, of_parts, resolve, schema
 from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
 from .placing import AXES, is_number, is_vector
 from .provenance import argument_at
-from .scope import Failed, Scope, key_place, value_place
+from .scope import EvaluationFailed, Scope, key_place, value_place
 
 Given = Mapping[str, tuple[Any, Place]]  # for each argument name, the value and where it was written
 
@@ -130,7 +130,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
     try:
         value = scope.lookup(name)
         allowed = scope.resolve(parameter.one_of, place)
-    except Failed:
+    except EvaluationFailed:
         return
     if value is None and parameter.has_default:  # "none" is valid for an optional argument, whatever its type
         return
@@ -199,7 +199,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
         help = "possible values: x, y, z (the axis that is reversed)"
         raise scope.fail("wrong-value", f'"mirror" of {owner} cannot be {shown}', value_place(entry, "mirror"), help)
     if not good:
-        raise Failed
+        raise EvaluationFailed
 
 
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:

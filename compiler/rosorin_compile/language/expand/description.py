@@ -18,7 +18,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Suggestion, error
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.messages import arrange, merge_by_name, move_to_name, offer
-from rosorin_compile.source.project import ENDINGS, Resolved, data_folder
+from rosorin_compile.source.project import ENDINGS, PackageFolder, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq, value_at
 from rosorin_compile.source.wording import and_more, difference, hidden_letter, in_words, look, suggest, swaps
 
@@ -32,7 +32,7 @@ from .files import Reader
 from .included_robots import IncludedRobots
 from .parts import Parts, apply_types
 from .placing import copy, join
-from .scope import Disabled, Failed, Scope
+from .scope import DisabledEntry, EvaluationFailed, Scope
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import RobotReader
@@ -52,7 +52,7 @@ MAX_ROUNDS = 100
 MAX_RELATED = 6
 
 
-class Expanded(NamedTuple):
+class ExpandedDescription(NamedTuple):
     """The result of ``expand``: the plain tree (None after an error), the diagnostics, and the files that were read.
 
     ``scope`` has the arguments and named values of the description (None if its main file cannot be read), ``resolved``
@@ -64,7 +64,7 @@ class Expanded(NamedTuple):
     diagnostics: list[Diagnostic]
     files: tuple[Path, ...]
     scope: Scope | None = None
-    resolved: tuple[Resolved, ...] = ()
+    resolved: tuple[PackageFolder, ...] = ()
     unused: tuple[Diagnostic, ...] = ()
     symbols: SymbolTable | None = None
 
@@ -76,7 +76,7 @@ def expand(
     tell: "Tell | None" = None,
     packages: Mapping[str, Path] | None = None,
     cache: dict[Any, Any] | None = None,
-) -> Expanded:
+) -> ExpandedDescription:
     """Expand the description with the main file ``path``.
 
     ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. Errors in a
@@ -87,7 +87,7 @@ def expand(
     reader = Reader(path, robots, packages, cache)
     root = reader.read(path)
     if root is None:
-        return Expanded(None, reader.diagnostics, tuple(reader.files))
+        return ExpandedDescription(None, reader.diagnostics, tuple(reader.files))
     scope, expansion = reader.scope, reader.scope.expansion
     scope.values["load()"], scope.values["find()"] = reader.load_function(), reader.find_function()
     for lets in reader.lets:
@@ -116,7 +116,7 @@ def expand(
         diagnostics = merge_by_name(move_to_name(one, offer(one)) for one in diagnostics)
     diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
-    return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(warnings), symbols)
+    return ExpandedDescription(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(warnings), symbols)
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -155,10 +155,10 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
         try:
             if key not in _NOT_EVALUATED:
                 if key in merged_sections(ENTRIES) and not check_controls("", root, (key,), scope):
-                    raise Failed
+                    raise EvaluationFailed
                 value = scope.resolve(value, place, key in keys_of_xml())
             own.put(key, copy(value) if key in of_parts() else value, root.key_spans[key], root.value_spans[key])
-        except Failed:
+        except EvaluationFailed:
             good = False
     tree = Map(own.span) if any(robots) else own
     for sections in [*robots, own] if any(robots) else ():
@@ -182,7 +182,7 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     declared = declared if isinstance(declared, Map) else Map(root.span)
     given: dict[str, tuple[Any, Place]] = {}
     for name, (value, place) in reader.given.items():
-        with suppress(Failed):
+        with suppress(EvaluationFailed):
             given[name] = scope.resolve(value, place), place
     spans: Mapping[str, Span] = getattr(arguments, "value_spans", {})
     for name, value in arguments.items():
@@ -282,13 +282,13 @@ def _is_shared(file: Path, read: Iterable[Path]) -> bool:
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Replace errors about names that an entry removed by ``if`` or ``for`` would define by one about that entry."""
     symbols = SymbolTable(tree)
-    existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
+    existing = {name for kind, some in symbols.names_by_kind.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
     missing = {name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message)} - existing
     if not missing:
         return diagnostics
     rounds: Counter[int] = Counter()
-    dropped: dict[tuple[int, str], Disabled] = {}  # several iterations may drop the same entry
+    dropped: dict[tuple[int, str], DisabledEntry] = {}  # several iterations may drop the same entry
     for entry in scope.expansion.disabled:
         rounds[id(entry.item)] += 1
         if rounds[id(entry.item)] <= MAX_ROUNDS:
@@ -309,7 +309,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     return [*others, *(_explained(dropped[cause], arrange(group)) for (cause, _), group in groups.items())]
 
 
-def _pattern(entry: Disabled) -> str:
+def _pattern(entry: DisabledEntry) -> str:
     """Return a regular expression for the names that a removed entry would define, or for the prefix of its part.
 
     Names are evaluated as if the entry existed; in a loop without iterations, expressions match any text.
@@ -324,20 +324,20 @@ def _pattern(entry: Disabled) -> str:
             patterns.append("".join(".+?" if one.is_expression else re.escape(one.text) for one in pieces(text)))
             continue
         reported = len(expansion.diagnostics)
-        with expansion.without_limits(), suppress(Failed):
+        with expansion.without_limits(), suppress(EvaluationFailed):
             patterns.append(re.escape(scope.name(text, item.span, scope.via)))
         del expansion.diagnostics[reported:]
     # In the same part, names are written without the prefix of the part.
     return f"(?:{re.escape(scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
 
 
-def _explained(entry: Disabled, group: list[Diagnostic]) -> Diagnostic:
+def _explained(entry: DisabledEntry, group: list[Diagnostic]) -> Diagnostic:
     """Return the first error that a removed entry causes, with the positions of the other errors."""
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop is empty"
     if not entry.is_empty:
         why = f"its condition {item['if']} is false" if isinstance(item["if"], str) else "its condition is false"
-        with suppress(Failed):
+        with suppress(EvaluationFailed):
             key = entry.scope.name(key, item.span, entry.scope.via) if "$" in key else key
     what = f'"{key}"' if key else "an item of a list"
     message = f"{first.message}; {what} is left out at {span.source.path}:{span.line} because {why}"

@@ -14,7 +14,7 @@ from rosorin_compile.source.files import exists, is_file, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import Description, Resolved
+from rosorin_compile.source.project import Description, PackageFolder
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
 from rosorin_compile.source.wording import suggest
 
@@ -56,7 +56,7 @@ class Reader:
         self.root, self.folder, self.projects = root, resolve(root.parent), Description.from_path(root).projects
         self.packages, self.cache = dict(packages or {}), {} if cache is None else cache
         self.files: list[Path] = []
-        self.resolved: list[Resolved] = []
+        self.resolved: list[PackageFolder] = []
         self.scope = Scope(Expansion())  # the names that the description defines
         self.diagnostics = self.scope.expansion.diagnostics
         self.lets: list[Map] = []  # the "let" section of each file
@@ -189,7 +189,7 @@ class Reader:
         """Return the folder of a ROS package that the file ``by`` refers to, or None if it is not found."""
         folder = Packages(packages, os.environ, by).find(name)
         if name not in packages and folder is not None:
-            self.resolved.append(Resolved(project.ROS_PACKAGE, name, Path(os.path.abspath(folder))))
+            self.resolved.append(PackageFolder(project.ROS_PACKAGE, name, Path(os.path.abspath(folder))))
         return folder
 
     def inside(self, target: Path) -> bool:
@@ -227,7 +227,7 @@ class Reader:
         package, colon, file = name.rpartition(":")
         folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:
-            self.resolved.append(Resolved(project.PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
+            self.resolved.append(PackageFolder(project.PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
         if folder is None or not file or os.sep in file or file.startswith(".") or not is_file(folder / f"{file}.yaml"):
             return None
         path = folder / f"{file}.yaml"

@@ -28,11 +28,11 @@ from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
 from .files import ADDRESS, INCLUDE_KINDS, check_include, with_nearest_file
 from .placing import Use, copy, map_items, map_table, place_fragment, with_sources
-from .scope import Failed, Scope
+from .scope import EvaluationFailed, Scope
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compilation import RobotReader
-    from rosorin_compile.formats.imported_robot import Imported
+    from rosorin_compile.formats.imported_robot import ImportedRobot
 
     from .files import Reader
 
@@ -64,7 +64,7 @@ _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
 OF_MJCF = ("mjcf", "mjcf_elements")  # keys whose values are lists of MJCF elements: of the robot, of a link
 
 
-class Included(NamedTuple):
+class IncludedRobot(NamedTuple):
     """An evaluated include of a robot: entry, scope, place and file; ``via`` is set in the values that it adds."""
 
     entry: Map
@@ -79,9 +79,9 @@ class IncludedRobots:
 
     def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
         self.reader, self.robots, self.tell = reader, robots, tell
-        self.read: dict[tuple[Any, ...], Imported | None] = {}
+        self.read: dict[tuple[Any, ...], ImportedRobot | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
-        self.included: list[tuple[Included, Map]] = []
+        self.included: list[tuple[IncludedRobot, Map]] = []
         self.diagnostics: list[Diagnostic] = []
         self.told: set[str] = set()
 
@@ -93,11 +93,11 @@ class IncludedRobots:
                     entry = scope.resolve(body, place)
                     _check_include(entry, scope)
                     via = Instance("included here", place.span, scope.via or place.via)
-                    yield self._fragment(Included(entry, scope, place, by, via))
-            except Failed:
+                    yield self._fragment(IncludedRobot(entry, scope, place, by, via))
+            except EvaluationFailed:
                 yield None
 
-    def _fragment(self, include: Included) -> Map:
+    def _fragment(self, include: IncludedRobot) -> Map:
         entry, foreign = include.entry, self._robot(include)
         tree = foreign.whole
         self.included.append((include, tree))
@@ -115,7 +115,7 @@ class IncludedRobots:
                 made[section] = with_sources(made[section], entry if entry.get("source") is not None else tree)
         return made
 
-    def _robot(self, include: Included) -> Imported:
+    def _robot(self, include: IncludedRobot) -> ImportedRobot:
         entry, scope, place, by, _ = include
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
@@ -151,10 +151,12 @@ class IncludedRobots:
             self.read[same] = self._read(path, texts, packages, include)
         foreign = self.read[same]
         if foreign is None:
-            raise Failed
+            raise EvaluationFailed
         return foreign
 
-    def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Imported | None:
+    def _read(
+        self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: IncludedRobot
+    ) -> ImportedRobot | None:
         entry, scope, _, _, via = include
         tell = partial(self._report, via=via, ahead=True)
         foreign = self.robots.read(path, texts, packages, entry, tell, via.span)
@@ -174,7 +176,7 @@ class IncludedRobots:
             scope.report("unknown-argument", message, place, 'remove "args"')
         return None if "macro" in entry or texts else foreign
 
-    def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
+    def _warn(self, rule: str, message: str, span: Span, help: str, include: IncludedRobot) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
 
     def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
@@ -193,7 +195,7 @@ class IncludedRobots:
         elif diagnostic.numbers != TRUSTED:
             self.diagnostics.append(reported)
 
-    def _with_meshes(self, made: Map, include: Included) -> Map:
+    def _with_meshes(self, made: Map, include: IncludedRobot) -> Map:
         """Return a robot whose mesh paths are valid for its artifacts; warn of meshes that artifacts cannot find."""
         entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
@@ -215,7 +217,7 @@ class IncludedRobots:
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
         return map_files(made, lambda name: name if name in missed else new.get(name, name)) if new else made
 
-    def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
+    def _attached(self, made: Map, foreign: ImportedRobot, include: IncludedRobot) -> Map:
         """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
 
         If a macro creates that joint itself, it is the joint whose parent is ``foreign.mount``.
@@ -251,7 +253,7 @@ class IncludedRobots:
         if name in have:
             message, help = f'joint "{name}" is defined twice', 'write "joint: NAME" in the entry of "include"'
             self._report(error("duplicate-name", message, have.key_spans[name], help), via)
-            raise Failed
+            raise EvaluationFailed
         span = entry.value_spans["parent"]
         joint = Map(span, via.parent)
         joint.put("type", "fixed", span, span)
@@ -315,7 +317,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
         help = "do not use < > &, quotes or outer spaces"
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
-        raise Failed
+        raise EvaluationFailed
 
 
 def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
@@ -326,7 +328,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
     if not prefix:
         return place_fragment(fragment, Use(prefix), elements=lambda text: text), Counter()
     names = SymbolTable(fragment)
-    things, materials = names.among(THINGS), fragment.get("materials") or ()
+    things, materials = names.names_of_kinds(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 
     def rename(name: str) -> str:

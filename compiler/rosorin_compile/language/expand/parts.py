@@ -28,7 +28,7 @@ from ..symbols import MOUNT, SymbolTable
 from . import declarations
 from .declarations import declare
 from .placing import Use, copy, join, place_fragment, with_source
-from .scope import Failed, Scope, key_place, value_place
+from .scope import EvaluationFailed, Scope, key_place, value_place
 
 MAX_NESTED = 40
 INSTANCE = 20  # number of values that an instance of a part counts as, in addition to those in its sections
@@ -63,7 +63,7 @@ class Parts:
                 content = item.get("content") if isinstance(item, Map) else None
                 owner, sections = f' in "content" of entry "{key}" of "use"', merged_sections(ENTRIES, in_parts=True)
                 if isinstance(content, Map) and not declarations.check_controls(owner, content, sections, scope):
-                    raise Failed
+                    raise EvaluationFailed
                 for inner, entry in scope.entries(item, key, is_use=True):
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
@@ -72,7 +72,7 @@ class Parts:
                         sum(map(len, filter(None, fragment.values()))), *place
                     )  # nested parts grow exponentially
                     good &= join(tree, fragment, scope, parts=True)
-            except Failed:
+            except EvaluationFailed:
                 good = False
         return good
 
@@ -95,7 +95,7 @@ class Parts:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
             scope.report("part-cycle", message, place, 'a part that uses itself needs an "if" to end')
             self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop here, to report this only once
-            raise Failed
+            raise EvaluationFailed
         prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
         via = Instance(message, place.span, scope.via or place.via, True, scope.prefix + prefix)
@@ -113,13 +113,13 @@ class Parts:
         content = entry.get("content")
         good = join(fragment, content, inner, parts=True) if isinstance(content, Map) else True
         if not inner.evaluate_rest() or not good:
-            raise Failed
+            raise EvaluationFailed
         names = SymbolTable(fragment)
-        if names.mounted and entry.get("parent") is None:
+        if names.uses_mount and entry.get("parent") is None:
             help = 'write "parent: FRAME" with the frame that the part is attached to'
             raise scope.fail("missing-key", f'the entry "{name}" of "use" needs the key "parent"', place, help)
         ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
-        if ignored and not names.mounted:
+        if ignored and not names.uses_mount:
             help = 'write "parent: mount" in a joint or sensor of the part, or remove the key'
             message = f'the entry "{name}" of "use" has "{ignored[0]}", but the part attaches nothing to "{MOUNT}"'
             span, stack = entry.key_spans[ignored[0]], tuple(scope.via.stack()) if scope.via else ()
@@ -140,14 +140,14 @@ class Parts:
                     place = Place(body.value_spans[section], inner.via)
                     value = copy(inner.resolve(body[section], place, section in keys_of_xml()))
                     made.put(section, value, body.key_spans[section], body.value_spans[section])
-                except Failed:
+                except EvaluationFailed:
                     good = False
         if good and not declarations.check_sections(f'part "{part.name}"', made, inner):
-            raise Failed
+            raise EvaluationFailed
         if isinstance(body.get("use"), Map):
             good &= self.use(made, body["use"], inner, depth + 1)
         if not good:
-            raise Failed
+            raise EvaluationFailed
         return made
 
     def _look_up(self, name: str, scope: Scope, place: Place) -> Part:
@@ -168,7 +168,7 @@ class Parts:
         if id(body) not in self.sound:
             self.sound[id(body)] = declarations.check_part(short, parts, home)
         if not self.sound[id(body)]:
-            raise Failed
+            raise EvaluationFailed
         return Part(name, body, home)
 
     def _near(self, short: str) -> str:
@@ -190,7 +190,7 @@ class Parts:
                 tree = load_mapping(path, shown, use) if package else load_own(path, shown)
             except LoadError as problem:
                 self.expansion.diagnostics.append(problem.diagnostic)
-                raise Failed from None
+                raise EvaluationFailed from None
             home = Scope(self.expansion)
             kinds = dict.fromkeys(("let", "parts", "sensor_types"), Map)
             if declarations.check_entry(tree.span.source.path, tree, home, declarations.FILE_KEYS, kinds):
@@ -198,7 +198,7 @@ class Parts:
                 self.files[path] = tree.get("parts") or Map(tree.span), home
         loaded = self.files[path]
         if loaded is None:
-            raise Failed
+            raise EvaluationFailed
         return loaded
 
 
@@ -207,11 +207,11 @@ def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
     before, params = len(scope.expansion.diagnostics), body.get("params")
     given = Map(entry.span, entry.via) if entry.get("with") is None else entry["with"]
     if not isinstance(given, Map):
-        raise Failed  # validation reports the wrong type
+        raise EvaluationFailed  # validation reports the wrong type
     places = ((key, (value_place if key in (params or ()) else key_place)(given, key)) for key in given)
     declare(scope, params, {key: (given[key], place) for key, place in places}, owner, user, body.get("let"))
     if len(scope.expansion.diagnostics) > before:
-        raise Failed
+        raise EvaluationFailed
 
 
 class ChangedSensor(Seq):
@@ -247,7 +247,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
         via = Instance(f'sensor type "{kind}" of "{name}" used here', span, sensor.via, made=True)
         try:
             full = _with_type(name, kind, sensor, definition, Scope(scope.expansion, home, via))
-        except Failed:
+        except EvaluationFailed:
             continue
         sensors.put(name, full, sensors.key_spans[name], sensors.value_spans[name])
 
@@ -255,7 +255,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
 def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:
     kinds, keys = dict.fromkeys(("params", "let"), Map), ("help", "params", "let", *of_types())
     if not declarations.check_entry(f'sensor type "{kind}"', definition, scope, keys, kinds, "sensor_type"):
-        raise Failed
+        raise EvaluationFailed
     place = Place(sensor.span, sensor.via)
     scope.bind("name", name, place)
     on = "parent" if "parent" in sensor else "frame"  # without a parent, the sensor is on the link ``frame``
@@ -324,4 +324,4 @@ def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
                     help = "write it with keys of the description, such as sites, or make a part for each side"
                     scope.report("mirrored-element", message, Place(span, scope.via), help)
     if len(scope.expansion.diagnostics) > before:
-        raise Failed
+        raise EvaluationFailed

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.diagnostics import Related
-from rosorin_compile.source.tree import Include, Instance, Kept, Map, Place, Seq
+from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, XmlText
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity
 
 from ..annotations import ENTRIES, GIVES, INSIDE, ITEMS, MIRROR, WITHIN, WORLD, Node
@@ -67,7 +67,7 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
         if via is None or (own is not None and own.made):
             return entry
         if isinstance(entry, str):
-            return Kept(entry, via)
+            return XmlText(entry, via)
         if isinstance(entry, Seq):
             entry = map_items(entry, lambda item: item)
             entry.via = via
@@ -105,7 +105,7 @@ def _renamed_text(text: Any, change: Rename) -> Any:
     made = change(text) if isinstance(text, str) else text
     if made == text:
         return text
-    return Kept(made, text.via) if isinstance(text, Kept) else made
+    return XmlText(made, text.via) if isinstance(text, XmlText) else made
 
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
@@ -124,8 +124,8 @@ class _Placer:
     def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
         self.mirror = None if use.mirror is None else AXES[use.mirror]
-        self.active = {kind for kind, some in names.of.items() if some} | {"link", GIVES}
-        self.active |= {INSIDE} if names.inside else set()
+        self.active = {kind for kind, some in names.names_by_kind.items() if some} | {"link", GIVES}
+        self.active |= {INSIDE} if names.may_hide_names else set()
         self.active |= {MIRROR} if self.mirror is not None else set()
 
     def value(self, node: Node, value: Any) -> Any:
@@ -168,9 +168,9 @@ class _Placer:
 
     def rename(self, kind: str, name: str) -> str:
         """Return the name in the robot for a name in the part, with the prefix of the use."""
-        if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.of.get("link", ()):
+        if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.names_by_kind.get("link", ()):
             return name if self.use.parent is None else self.use.parent
-        return self.use.prefix + name if self.names.gives(kind, name) else name
+        return self.use.prefix + name if self.names.defines(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
         """Transform a pose and directions relative to ``mount`` to the frame that the part is attached to."""
@@ -193,10 +193,10 @@ class _Placer:
         if how == "parameters":
             return self._parameters(value)
         if how == "urdf":
-            rename = self._among(self.names.among(IN_URDF).__contains__)
+            rename = self._among(self.names.names_of_kinds(IN_URDF).__contains__)
             return _renamed_text(value, self.elements or (lambda text: rename_references(text, rename)))
         if how in ("mjcf", "mjcf_body"):
-            names = self.names.among(IN_MJCF)
+            names = self.names.names_of_kinds(IN_MJCF)
             rename = self._among(lambda name: name in names or self.names.makes(name))
             return _renamed_text(value, lambda text: with_names(text, how == "mjcf", rename))
         return value
@@ -205,7 +205,7 @@ class _Placer:
         return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:
-        rename = self._among(self.names.among(IN_PARAMETERS).__contains__)
+        rename = self._among(self.names.names_of_kinds(IN_PARAMETERS).__contains__)
         if isinstance(value, str):
             name, slash, rest = value.partition("/")  # a ros2_control interface, such as joint1/position
             return rename(name) + slash + rest

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, Suggestion, error
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
+from rosorin_compile.source.tree import Instance, Map, Place, Seq, XmlText
 from rosorin_compile.source.units import UNITS
 from rosorin_compile.source.wording import MAX_LISTED, count_of, first_of
 from rosorin_compile.source.xml.elements import escape_for
@@ -34,11 +34,11 @@ _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)"
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
-class Failed(Exception):
+class EvaluationFailed(Exception):
     """Evaluation failed; the errors have been reported."""
 
 
-class Disabled(NamedTuple):
+class DisabledEntry(NamedTuple):
     """An entry removed by a false ``if``, or by a ``for`` without iterations (``is_empty``).
 
     ``key`` is the name as written ("" for a list item), ``scope`` has the names for expressions in the entry, and
@@ -63,7 +63,7 @@ class Expansion:
         self.blamed: set[Any] = set()  # arguments for which an expression error was reported
         self.root: Any = None  # the scope of the description, which is created first
         self.scopes: dict[int, Any] = {}  # scopes of parts and loop iterations by id() of their Instance
-        self.disabled: list[Disabled] = []
+        self.disabled: list[DisabledEntry] = []
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
         self._constant: dict[int, bool] = {}
@@ -205,7 +205,7 @@ class Scope:
 
     def _evaluate(self, name: str) -> Any:
         if name in self.broken:
-            raise Failed
+            raise EvaluationFailed
         mark = f"{name}@{id(self)}"
         if mark in self.running:
             chain = [step.partition("@")[0] for step in [*self.running[self.running.index(mark) :], mark]]
@@ -217,7 +217,7 @@ class Scope:
         self.running.append(mark)
         try:
             self.values[name] = self.resolve(*self.pending[name])
-        except Failed:
+        except EvaluationFailed:
             self.broken.add(name)
             raise
         finally:
@@ -228,7 +228,7 @@ class Scope:
     def evaluate_rest(self) -> bool:
         """Evaluate unused named values to report their errors; return True if all values are valid."""
         for name in list(self.pending):
-            with suppress(Failed):
+            with suppress(EvaluationFailed):
                 self.lookup(name)
         return not self.pending
 
@@ -255,10 +255,12 @@ class Scope:
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, rule in OF_KINDS)
         self.report_origin(rule, message, place, help, related, origin)
 
-    def fail(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
+    def fail(
+        self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()
+    ) -> EvaluationFailed:
         """Report an error as ``report`` does, and return the exception to raise."""
         self.report(rule, message, place, help, related)
-        return Failed()
+        return EvaluationFailed()
 
     def report_origin(
         self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], origin: Origin | None
@@ -284,7 +286,7 @@ class Scope:
         if not self.expansion.is_full:
             self.expansion.is_full = True
             self.report("too-large", message, place, 'use fewer or smaller loops, or calculate values once in "let"')
-        raise Failed
+        raise EvaluationFailed
 
     # Evaluation
 
@@ -321,10 +323,10 @@ class Scope:
                     if "$" in key and isinstance(entry, Map) and scope is not self:
                         entry = entry.made_by(scope.via)  # so that errors in the entry name the iteration of the loop
                     made.put(name, entry, key_span, span)
-            except Failed:
+            except EvaluationFailed:
                 failed = True
         if failed:
-            raise Failed
+            raise EvaluationFailed
         return made
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
@@ -344,11 +346,11 @@ class Scope:
                 for scope, entry in self.entries(item):
                     found = scope.resolve(entry, Place(span, via), xml)
                     is_element = _is_controlled(item) and xml and isinstance(found, str)
-                    made.put(Kept(found, scope.via or via) if is_element else found, span)
-            except Failed:
+                    made.put(XmlText(found, scope.via or via) if is_element else found, span)
+            except EvaluationFailed:
                 failed = True
         if failed:
-            raise Failed
+            raise EvaluationFailed
         return made
 
     def entries(self, item: Any, key: str = "", is_use: bool = False) -> Iterator[tuple[Scope, Any]]:
@@ -369,9 +371,9 @@ class Scope:
             if holds:
                 yield scope, body
             else:
-                self.expansion.disabled.append(Disabled(key, item, scope, is_use, is_empty=False))
+                self.expansion.disabled.append(DisabledEntry(key, item, scope, is_use, is_empty=False))
         if scope is None:
-            self.expansion.disabled.append(Disabled(key, item, self, is_use, is_empty=True))
+            self.expansion.disabled.append(DisabledEntry(key, item, self, is_use, is_empty=True))
 
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
         """Replace each ``${...}`` in a string; a string that is a single expression gets the type of its value.
@@ -406,7 +408,7 @@ class Scope:
                 parts.append(escape_for("".join(parts), worded) if xml else worded)
             except ExpressionError as problem:
                 self._report_expression(problem, piece, text, place)
-                raise Failed from None
+                raise EvaluationFailed from None
         return "".join(parts)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:

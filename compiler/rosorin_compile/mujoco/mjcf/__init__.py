@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import format
-from rosorin_compile.formats.format import Asked, Format, Unsupported, xml_syntax
+from rosorin_compile.formats.format import Format, OutputEntry, Unsupported, xml_syntax
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
@@ -39,11 +39,11 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
 FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
-def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
+def _asked(tree: Map, version: str, name: str) -> OutputEntry:  # noqa: ARG001
     options = (tree.get("outputs") or {}).get("mjcf") or {}  # options from the imported file, such as a free base
     usual = {"integrator": "Euler"}  # MuJoCo's default, which it also uses for a URDF
     option = {} if "drives" in options else {"option": options.get("option", usual)}
-    return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
+    return OutputEntry({"file": "", **options, **option} | {"file": f"{name}.xml"})
 
 
 def _one_of(words: Sequence[str], description: str) -> dict[str, Any]:

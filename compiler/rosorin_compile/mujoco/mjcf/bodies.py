@@ -116,7 +116,7 @@ class Masks:
     """The contact bits of collision shapes. With ``implied``, the ``rolling`` links collide only with the floor."""
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
-        self.rolling = rolling(robot) if implied else frozenset[str]()
+        self.rolling = rolling_links(robot) if implied else frozenset[str]()
         self.usual = BESIDE_WHEELS if self.rolling else USUAL
         self._of_links = {link.name: {self.mask_of(link.name, one) for one in link.collision} for link in robot.links}
 
@@ -132,7 +132,7 @@ class Masks:
 
 
 @of_robot
-def rolling(robot: model.Robot) -> frozenset[str]:
+def rolling_links(robot: model.Robot) -> frozenset[str]:
     """Return the wheels and the links below them, or an empty set if the description sets contact bits."""
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
@@ -191,7 +191,7 @@ def numbered_solids(link: model.Link, purpose: str, form: str) -> Iterator[tuple
     yield from enumerate((one for shape in shapes for one in ((shape,) if form == HFIELD else shape.solids(form))), 1)
 
 
-def colliding(link: model.Link, output: model.Output) -> Sequence[model.Shape] | None:
+def collision_solids(link: model.Link, output: model.Output) -> Sequence[model.Shape] | None:
     """Return the shapes of the collision geoms of a link, or None if one of them is a height field."""
     form = form_of(output)
     if form == HFIELD and any(len(shape.solids()) > 1 for shape in link.collision):

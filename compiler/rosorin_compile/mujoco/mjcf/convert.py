@@ -34,7 +34,7 @@ def legal(name: str) -> str:
     return " ".join(re.sub(r"[<>&\"'\s\x00-\x1f\x7f]+", "_", word) for word in name.split(" ") if word)
 
 
-def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
+def put_value(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
     """Set a key of an entry, with the source position ``span``, by default the position of the value or the entry."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
@@ -43,15 +43,15 @@ def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
 def put_some(entry: Map, key: str, value: Any) -> None:
     """Set a key of an entry unless the value is empty."""
     if value:
-        put(entry, key, value)
+        put_value(entry, key, value)
 
 
-def mapping(values: Mapping[str, Any], element: Element) -> Map:
+def map_entry(values: Mapping[str, Any], element: Element) -> Map:
     """Return an entry with the nonempty values (zero is not empty) and the source position of an element."""
     entry = Map(element.span)
     for key, value in values.items():
         if value or value == 0:
-            put(entry, key, value)
+            put_value(entry, key, value)
     return entry
 
 
@@ -66,24 +66,24 @@ def put_pose(entry: Map, place: Transform, element: Element) -> None:
     """Set xyz and rpy of an entry, if they are not zero."""
     xyz, rpy = tidy_vector(place.xyz), rpy_of(place.rows)
     if xyz != IDENTITY.xyz:
-        put(entry, "xyz", numbers(xyz, element, "pos"))
+        put_value(entry, "xyz", numbers(xyz, element, "pos"))
     if rpy != IDENTITY.rpy:
-        put(entry, "rpy", numbers(rpy, element))
+        put_value(entry, "rpy", numbers(rpy, element))
 
 
 def put_source(entry: Map, status: str, note: str) -> None:
     """Set the key "source" of an entry, which documents where the values come from."""
     source = Map(entry.span)
-    put(source, "status", status)
-    put(source, "note", note)
-    put(entry, "source", source)
+    put_value(source, "status", status)
+    put_value(source, "note", note)
+    put_value(entry, "source", source)
 
 
 def put_inner(entry: Map, key: str, value: Any) -> None:
     """Set a key in the ``mjcf`` section of an entry."""
     inner = entry.get("mjcf") or Map(entry.span)
-    put(inner, key, value)
-    put(entry, "mjcf", inner)
+    put_value(inner, key, value)
+    put_value(entry, "mjcf", inner)
 
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
@@ -97,7 +97,7 @@ def numbers(values: Sequence[float], element: Element, attribute: str = "") -> S
     return listed
 
 
-def listing(values: Iterable[Any], element: Element) -> Seq:
+def list_entry(values: Iterable[Any], element: Element) -> Seq:
     """Return a list of values with the source position of an element."""
     listed = Seq(element.span)
     for value in values:
@@ -129,7 +129,7 @@ def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, w
         if value is None:
             rest[name] = text
         else:
-            put(target, key, value, _place(element, name, text))
+            put_value(target, key, value, _place(element, name, text))
     put_some(entry, "mjcf", inner)
     return rest
 
@@ -146,7 +146,7 @@ def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: st
     if kinds == "boolean":
         return {"true": True, "false": False}.get(text)
     if allowed and all(word in allowed for word in text.split()):
-        return listing(text.split(), element)
+        return list_entry(text.split(), element)
     found = _numbers(text)
     if len(found) == 1 and ("number" in kinds or kinds == "integer"):
         return int(found[0]) if kinds == "integer" else plain(found[0])
@@ -265,7 +265,7 @@ def is_unturned(place: Transform) -> bool:
     return all(abs(a - (n == k)) < ANGLE_ROUNDING for n, row in enumerate(place.rows) for k, a in enumerate(row))
 
 
-def placing(place: Transform) -> dict[str, str]:
+def pose_attributes(place: Transform) -> dict[str, str]:
     """Convert a transform to MuJoCo's ``pos`` and ``quat`` attributes."""
     pos = {"pos": " ".join(repr(plain(tidy(value))) for value in place.xyz)}
     return pos if is_unturned(place) else pos | {"quat": " ".join(map(repr, place.quaternion()))}

@@ -296,9 +296,9 @@ class ImportState:
     ) -> None:
         """Set the keys of an entry from attributes; report attributes that no key can express as lost from ``what``."""
         for name in convert.put_words(entry, attributes, kind, element, words):
-            self.lost(f'"{name}" of {what}', element.span)
+            self.report_lost(f'"{name}" of {what}', element.span)
 
-    def lost(self, what: str, span: Span) -> None:
+    def report_lost(self, what: str, span: Span) -> None:
         self.diagnostics.append(cannot_carry(what, span))
 
     def note(self, rule: str, message: str, span: Span, help: str = "", others: Sequence[Span] = ()) -> None:
@@ -316,5 +316,5 @@ class ImportState:
     def add_joint(self, name: str, kind: str, parent: str, child: str, element: Element) -> Map:
         entry = self.add(self.joints, name, element)
         for key, value in (("type", kind), ("parent", parent), ("child", child)):
-            convert.put(entry, key, value)
+            convert.put_value(entry, key, value)
         return entry

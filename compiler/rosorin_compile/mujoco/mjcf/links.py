@@ -84,7 +84,7 @@ def add_links(state: ImportState) -> None:
             light.append(index)
         elif body["mass"] > 0 or any(body["inertia"]):
             own = next((one for one in state.markup.child_elements(element) if one.tag == "inertial"), element)
-            convert.put(link, "inertial", _inertial(body, own))
+            convert.put_value(link, "inertial", _inertial(body, own))
         more = {key: text for key, text in body["element"]["attributes"].items() if key not in _POSED}
         state.put_words(link, more, "link", element, f'the body "{name}"', words)
         for inner in body["element"]["inner"]:
@@ -115,7 +115,7 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     for at, (key, value) in enumerate(moments.items()):
         if value or at < 3:
             convert.put_number(inertia, key, value, element, attribute, at)
-    convert.put(entry, "inertia", inertia)
+    convert.put_value(entry, "inertia", inertia)
     if not written:
         convert.put_source(entry, "calculated", "by MuJoCo from the geoms")
     return entry
@@ -149,12 +149,12 @@ def add_marks(state: ImportState) -> None:
         convert.put_pose(entry, place, element)
         named = {word: state.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
         if convert.put_words(entry, named, form, element) or node["inner"]:
-            whole = {**node, "attributes": {"name": called, **more, **convert.placing(place)}}
+            whole = {**node, "attributes": {"name": called, **more, **convert.pose_attributes(place)}}
             state.keep(whole, tag, element.span, link)
             continue
         section = state.links[link].get(kind) or Map(element.span)
         section.put(called, entry, element.span, element.span)
-        convert.put(state.links[link], kind, section)
+        convert.put_value(state.links[link], kind, section)
 
 
 def add_joints(state: ImportState) -> None:
@@ -192,19 +192,19 @@ def add_joints(state: ImportState) -> None:
 def add_root(state: ImportState) -> None:
     """Set the pose of the only top-level body in the world, and the name and dynamics of its free joint."""
     if state.ground:
-        convert.put(state.tree, "root", convert.mapping({"world": True}, state.places.body(0)))
+        convert.put_value(state.tree, "root", convert.map_entry({"world": True}, state.places.body(0)))
         return
     top = state.tops[0]
     body, element = state.facts["bodies"][top], state.places.body(top)
     entry, place = Map(element.span), convert.transform(body["pos"], body["quat"])
     if state.free_base:  # by default, the export would place the robot on the floor
-        convert.put(entry, "xyz", convert.numbers(convert.tidy_vector(place.xyz), element, "pos"))
+        convert.put_value(entry, "xyz", convert.numbers(convert.tidy_vector(place.xyz), element, "pos"))
     convert.put_pose(entry, place, element)
     if state.free_base:
         index = state.joints_in[top][0]
         joint, own = state.facts["joints"][index], state.places.place_of("joints", index)
         if joint["name"]:
-            convert.put(entry, "joint", state.unique("joint", joint["name"]))
+            convert.put_value(entry, "joint", state.unique("joint", joint["name"]))
         more = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
         state.put_words(entry, more, "root", own, "the free joint", {"frictionloss": "friction"})
     convert.put_some(state.tree, "root", entry)
@@ -235,7 +235,7 @@ def _add_chain(
         entry = state.add_joint(name, types[kind], above, child, span)
         convert.put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else span)
         if kind != BALL:
-            convert.put(entry, "axis", convert.numbers(axis, span, "axis"))
+            convert.put_value(entry, "axis", convert.numbers(axis, span, "axis"))
         _put_details(state, which, entry, span, ref, drives.get(which, Drive()))
         above, at, place = child, anchor, convert.NO_POSE
     if above != body:
@@ -258,7 +258,7 @@ def _put_details(state: ImportState, which: int, entry: Map, element: Element, r
             convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
         elif slides:
             missing.append(key)
-            convert.put(limit, key, Quantity.parse(f"{sign}{_TRAVEL:g} m"))
+            convert.put_value(limit, key, Quantity.parse(f"{sign}{_TRAVEL:g} m"))
     effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
     if effort is not None or drive.speed is not None or limit:  # URDF requires effort and velocity in a limit
         of_effort = ("effort", effort, _EFFORT, "actuatorfrcrange")
@@ -266,7 +266,7 @@ def _put_details(state: ImportState, which: int, entry: Map, element: Element, r
             convert.put_number(limit, key, stand_in if value is None else convert.tidy(value), element, word, 1)
             missing += [key] if value is None else []
     if missing:
-        convert.put(limit, "stand_ins", convert.listing(missing, element))
+        convert.put_value(limit, "stand_ins", convert.list_entry(missing, element))
         verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
         convert.put_source(limit, "stand_in", f"{phrase(missing)} {verb}: the MJCF does not limit {them}")
     for key in missing:
@@ -277,10 +277,10 @@ def _put_details(state: ImportState, which: int, entry: Map, element: Element, r
     at_rest = convert.tidy_position(float(attributes.get("springref", 0)), slides)
     if {"stiffness", "springdamper"} & attributes.keys() and at_rest:
         dynamics = entry.get("dynamics") or Map(element.span)
-        convert.put(entry, "dynamics", dynamics)
+        convert.put_value(entry, "dynamics", dynamics)
         convert.put_number(dynamics, "spring_reference", at_rest, element, "springref")
     if drive.entry is not None:
-        convert.put(entry, "actuator", drive.entry)
+        convert.put_value(entry, "actuator", drive.entry)
     low, high = joint["actfrcrange"]
     # An effort limit cannot express an asymmetric force range, or one that repeats the range of the actuator.
     is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
@@ -382,7 +382,7 @@ def _fill(
 ) -> None:
     kind, gains, more = _kind(words)
     if kind != "position":
-        convert.put(entry, "type", kind)
+        convert.put_value(entry, "type", kind)
     for word, value in gains.items():
         convert.put_number(entry, word, convert.tidy(value), element, word)
     rest = {key: text for key, text in more.items() if key not in _ACTUATOR_READ}
@@ -395,12 +395,14 @@ def _fill(
         if not (is_usual and is_position and fact["ctrllimited"]):
             slides = not is_position or joint is None or joint["type"] == SLIDE
             values = [convert.tidy_position(value, slides) for value in fact["ctrlrange"]]
-            convert.put(entry, "range", convert.numbers(values, element, "ctrlrange"))
+            convert.put_value(entry, "range", convert.numbers(values, element, "ctrlrange"))
         rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
     elif not inherits and is_position and limits is not None:
-        convert.put(entry, "unlimited", True)
+        convert.put_value(entry, "unlimited", True)
     if fact["forcelimited"] or "forcerange" in words:
-        convert.put(entry, "force", convert.listing([convert.tidy(value) for value in fact["forcerange"]], element))
+        convert.put_value(
+            entry, "force", convert.list_entry([convert.tidy(value) for value in fact["forcerange"]], element)
+        )
         rest |= {} if fact["forcelimited"] else {"forcelimited": "false"}
     state.put_words(entry, rest, form, element, f"the actuator <{element.tag}>", _ACTUATOR_WORDS)
 

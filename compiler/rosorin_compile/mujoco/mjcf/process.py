@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Refusal
-from rosorin_compile.formats.imported_robot import Imported, Proof
+from rosorin_compile.formats.imported_robot import ImportedRobot, Proof
 from rosorin_compile.source import files, system
 from rosorin_compile.source.diagnostics import phrase
 from rosorin_compile.source.system import is_installed, pip_install
@@ -107,7 +107,7 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
     return Refusal(reason.replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
-def prove(imported: Imported, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
+def prove(imported: ImportedRobot, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
     """Compare the MJCF ``text`` generated from an import to the source; ``meshes`` maps its files to paths."""
     request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
     answer = _in_child("prove", {**request, "names": imported.names}, seconds)

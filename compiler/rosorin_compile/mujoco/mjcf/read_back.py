@@ -14,7 +14,7 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
-from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, colliding, is_free
+from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, collision_solids, is_free
 from .engine import apply_classes
 from .servos import is_clamped
 from .unsupported import LEAST, position_range
@@ -62,7 +62,7 @@ def view(robot: model.Robot, output: model.Output) -> Mjcf:
     """Return the contents that the MJCF of a robot must have: frames, joint limits, masses and collision shapes."""
     links = []
     for link in robot.links:
-        shapes = colliding(link, output)
+        shapes = collision_solids(link, output)
         meshes = any(isinstance(shape.geometry, model.Mesh) for shape in shapes or ())
         bare = tuple(model.Shape(shape.geometry, shape.pose) for shape in shapes or ())
         inertial = link.inertial if link.inertial is not None and link.inertial.mass > LEAST else None

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported_robot import END, INSIDE, Comment, Imported, ReadOptions, comments_of
+from rosorin_compile.formats.imported_robot import END, INSIDE, Comment, ImportedRobot, ReadOptions, comments_of
 from rosorin_compile.formats.robot_files import accept
 from rosorin_compile.language.element_names import kind_of_name
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, count_of, error, phrase
@@ -40,22 +40,22 @@ _DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for the va
 _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between them"
 
 
-def read_mjcf(path: Path, options: ReadOptions) -> Imported:
+def read_mjcf(path: Path, options: ReadOptions) -> ImportedRobot:
     """Import the robot of an MJCF. Return problems as diagnostics instead of raising."""
     try:
         markup = Markup(path, options)
     except MarkupError as problem:
-        return Imported(None, [problem.diagnostic], files=(path,))
+        return ImportedRobot(None, [problem.diagnostic], files=(path,))
     files = tuple(markup.files)
     if markup.root.tag != "mujoco":
         help = "an MJCF begins with <mujoco>"
         message = f"this is not a robot: its root element is <{markup.root.tag}>"
-        return Imported(None, [error("wrong-root", message, markup.root.span, help)], files=files)
+        return ImportedRobot(None, [error("wrong-root", message, markup.root.span, help)], files=files)
     if wrong := list(check_source(markup)):
-        return Imported(None, wrong, files=files)
+        return ImportedRobot(None, wrong, files=files)
     answer = ask(path)
     if answer.facts is None:
-        return Imported(None, [refusal(markup, answer)], files=files)
+        return ImportedRobot(None, [refusal(markup, answer)], files=files)
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
     files += tuple(file for file in named if is_file(file))
     state = ImportState(markup, Places(markup, answer.facts), answer.facts)
@@ -70,30 +70,30 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
         if outside is not markup.root:
             message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
             help = "name the MJCF that includes it, or put them into a <worldbody>"
-        return Imported(None, [error("mjcf-no-body", message, outside.span, help)], files=files)
+        return ImportedRobot(None, [error("mjcf-no-body", message, outside.span, help)], files=files)
     _read(state, path)
     tree, about_meaning = accept(state.tree, options.lenient)
     if tree is not None:
-        convert.put(tree, "outputs", _outputs(state))
+        convert.put_value(tree, "outputs", _outputs(state))
     names = {"equality" if kind == "constraint" else kind: given for kind, given in state.given.items()}
     names |= {"body": {index: name for index, name in state.link_of.items() if index}}
     names |= {"joint": state.joint_of | state.ball_of, "material": state.material_of}
     diagnostics = arrange([*state.diagnostics, *about_meaning])
-    return Imported(tree, diagnostics, _comments(state), files, names={**names, "actuator": state.actuator_of})
+    return ImportedRobot(tree, diagnostics, _comments(state), files, names={**names, "actuator": state.actuator_of})
 
 
 def _read(state: ImportState, path: Path) -> None:
     tree, root = state.tree, state.markup.root
     name, model = convert.legal(state.facts["name"]), root.attributes.get("model")
-    convert.put(tree, "robot", path.stem if name in ("", "MuJoCo Model") else name, model.span if model else None)
+    convert.put_value(tree, "robot", path.stem if name in ("", "MuJoCo Model") else name, model.span if model else None)
     convert.put_source(tree, "imported", f"from {path.name}")
     links.name_all(state)
     links.add_links(state)
     links.add_joints(state)
     links.add_marks(state)
     shapes.add_shapes(state)
-    convert.put(tree, "links", state.links)
-    convert.put(tree, "joints", state.joints)
+    convert.put_value(tree, "links", state.links)
+    convert.put_value(tree, "joints", state.joints)
     links.add_root(state)
     tendons = state.facts["elements"]["tendons"]
     for index, (node, element) in enumerate(zip(tendons, state.elements_of("tendon", tendons), strict=True)):
@@ -113,15 +113,15 @@ def _outputs(state: ImportState) -> Map:
     values = {
         "file": "robot.xml",
         "base": "free" if state.free_base else "",
-        "actuators": [] if state.in_order else convert.listing(state.actuator_of.values(), root),
-        "sensors": convert.listing(state.sensor_order, root),
+        "actuators": [] if state.in_order else convert.list_entry(state.actuator_of.values(), root),
+        "sensors": convert.list_entry(state.sensor_order, root),
         "contacts": "described",
         "visuals": "" if any("visual" in one for one in state.links.values()) else "own",
-        "groups": convert.mapping(state.groups, root),
+        "groups": convert.map_entry(state.groups, root),
         "mesh_inertia": "legacy" if any(not one["taken"] for one in state.facts["meshes"]) else "",
         "option": _settings(state),
     }
-    return convert.mapping({"mjcf": convert.mapping(values, root)}, root)
+    return convert.map_entry({"mjcf": convert.map_entry(values, root)}, root)
 
 
 def _settings(state: ImportState) -> Map:
@@ -133,14 +133,14 @@ def _settings(state: ImportState) -> Map:
             found |= {prefix + name: (own.value, one, own.span) for name, own in one.attributes.items()}
     for name, text in state.facts["elements"]["options"].items():
         found.setdefault(name, (text, root, root.span))
-    convert.put(options, "integrator", state.facts["integrator"])
+    convert.put_value(options, "integrator", state.facts["integrator"])
     for name, (text, element, span) in found.items():
         if name.startswith("flag "):
-            convert.put(flags, name.removeprefix("flag "), text, span)
+            convert.put_value(flags, name.removeprefix("flag "), text, span)
         elif name not in SETTINGS:
-            state.lost(f'the setting "{name}"', root.span)
+            state.report_lost(f'the setting "{name}"', root.span)
         elif name != "integrator" and (value := convert.value_of(text, SETTINGS[name], element, name)) is not None:
-            convert.put(options, name, value, span)
+            convert.put_value(options, name, value, span)
     convert.put_some(options, "flag", flags)
     return options
 
@@ -158,11 +158,13 @@ def _add_poses(state: ImportState) -> None:
             at[name] = convert.tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)
             if at[name] and "mimic" not in state.joints[name]:
                 convert.put_number(positions, name, at[name], element)
-        convert.put(pose, "positions", positions)
+        convert.put_value(pose, "positions", positions)
         if state.free_base:
-            base = convert.mapping({"xyz": convert.numbers([convert.tidy(one) for one in qpos[:3]], element)}, element)
+            base = convert.map_entry(
+                {"xyz": convert.numbers([convert.tidy(one) for one in qpos[:3]], element)}, element
+            )
             convert.put_pose(base, convert.transform(qpos[:3], qpos[3:7]), element)
-            convert.put(pose, "base", base)
+            convert.put_value(pose, "base", base)
         for which, name in sorted(state.actuator_of.items()):  # the default control of a servo is the position
             fact, held = state.facts["actuators"][which], state.servos.get(which)
             control = key["ctrl"][fact["ctrladr"]]
@@ -177,7 +179,7 @@ def _add_poses(state: ImportState) -> None:
             values = ((value, kind != HINGE) for start, size, kind in ends for value in qpos[start : start + size])
             more["qpos"] = " ".join(repr(convert.tidy_position(value, slides)) for value, slides in values)
         state.put_words(pose, more, "pose", element, "a key")
-        convert.put(poses, state.name("key", key["name"], f"key_{number}", number), pose, element.span)
+        convert.put_value(poses, state.name("key", key["name"], f"key_{number}", number), pose, element.span)
     convert.put_some(state.tree, "poses", poses)
 
 
@@ -254,13 +256,13 @@ def add_sensors(state: ImportState) -> None:
     for (link, kind, _), group in groups.items():
         shared = posixpath.commonprefix([one.name for one in group]).rpartition("_")[0]
         if len(group) > 1 and shared and shared not in taken and shared not in sensors:
-            convert.put(sensors, shared, _sensor(state, link, kind, shared, group))
+            convert.put_value(sensors, shared, _sensor(state, link, kind, shared, group))
             continue
         for one in group:
             entry = _sensor(state, link, kind, one.name, [one])
             if one is not group[0]:
-                convert.put(entry, "gazebo", Seq(entry.span))  # Gazebo gets one sensor per group
-            convert.put(sensors, one.name, entry)
+                convert.put_value(entry, "gazebo", Seq(entry.span))  # Gazebo gets one sensor per group
+            convert.put_value(sensors, one.name, entry)
     convert.put_some(state.tree, "sensors", sensors)
     order = [one.number for group in groups.values() for one in group] + kept
     names = state.given.get("sensor", {})
@@ -283,15 +285,15 @@ def _sensor(state: ImportState, link: str, kind: str, name: str, members: Sequen
             elif word not in ("name", "site"):
                 attributes[word] = convert.number_or_text(text)
         own = "" if one.name == name else one.name.removeprefix(f"{name}_")
-        words = {"sensor": one.node["tag"], "name": own, "attributes": convert.mapping(attributes, one.element)}
-        elements.append(convert.mapping(words, one.element))
-    item = convert.mapping({"sensor": kind, **more.get(kind, {})}, first.element)
+        words = {"sensor": one.node["tag"], "name": own, "attributes": convert.map_entry(attributes, one.element)}
+        elements.append(convert.map_entry(words, one.element))
+    item = convert.map_entry({"sensor": kind, **more.get(kind, {})}, first.element)
     if kind not in more:
         convert.put_pose(item, convert.transform(first.site["pos"], first.site["quat"]), first.element)
-    entry = {"type": kind, "frame": link, "mjcf": convert.listing(elements, first.element)}
-    made = convert.mapping(entry, first.element)
+    entry = {"type": kind, "frame": link, "mjcf": convert.list_entry(elements, first.element)}
+    made = convert.map_entry(entry, first.element)
     # MuJoCo's rangefinder measures a single ray, which does not define the scan of a Gazebo sensor.
-    convert.put(made, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
+    convert.put_value(made, "gazebo", convert.list_entry([] if kind == "range_finder" else [item], first.element))
     return made
 
 
@@ -307,7 +309,7 @@ def add_equalities(state: ImportState) -> None:
             follower = state.joint_of[fact["obj1id"]]
             name, mimic = state.name("constraint", fact["name"], follower, index), Map(element.span)
             leader, factor = element.attributes.get("joint2"), convert.tidy(fact["data"][1])
-            convert.put(mimic, "joint", state.joint_of[fact["obj2id"]], leader.span if leader else None)
+            convert.put_value(mimic, "joint", state.joint_of[fact["obj2id"]], leader.span if leader else None)
             if factor != 1:
                 convert.put_number(mimic, "multiplier", factor, element, "polycoef", 1)
             if offset := convert.tidy(fact["data"][0] + zeros[0] - factor * zeros[1]):
@@ -315,10 +317,10 @@ def add_equalities(state: ImportState) -> None:
             for word, usual in STIFF.items():
                 values = [convert.tidy(value) for value in fact[word]]
                 if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
-                    convert.put(mimic, word, convert.numbers(values, element, word))
+                    convert.put_value(mimic, word, convert.numbers(values, element, word))
             if name != follower:
-                convert.put(mimic, "name", name)
-            convert.put(state.joints[follower], "mimic", mimic)
+                convert.put_value(mimic, "name", name)
+            convert.put_value(state.joints[follower], "mimic", mimic)
         else:
             _add_constraint(state, constraints, index, zeros, node, element)
     convert.put_some(state.tree, "constraints", constraints)
@@ -342,16 +344,16 @@ def _add_constraint(
     ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
     made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
     name, rest = state.name("constraint", attributes.get("name", ""), made_up, index), dict(attributes)
-    convert.put(entry, "type", node["tag"])
+    convert.put_value(entry, "type", node["tag"])
     for word, key in (("body", "links"), ("site", "sites"), ("joint", "joints")):
         names = [rest.pop(end) for end in (f"{word}1", f"{word}2") if end in rest]
         for one in names:
             _keep_of_scene(state, word, one)
         if names:
-            convert.put(entry, key, convert.listing([state.name_of(word, one) for one in names], element))
+            convert.put_value(entry, key, convert.list_entry([state.name_of(word, one) for one in names], element))
     pose = convert.floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
     if any(pose[3:]):  # a zero quaternion in relpose means the initial relative pose
-        convert.put(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
+        convert.put_value(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
         convert.put_pose(entry, convert.transform(pose[:3], pose[3:]), element)
     if any(zeros):
         offset, *others = shift_polynomial(convert.floats(rest, "polycoef", [0, 1, 0, 0, 0]), -zeros[1])
@@ -387,7 +389,7 @@ def add_contacts(state: ImportState) -> None:
         links, spans = Seq(element.span), {attribute.value: attribute.span for attribute in element.attributes.values()}
         for name in names:
             links.put(name, spans.get(name, element.span))
-        pairs.put(convert.mapping({"links": links, "reason": reason}, element), element.span)
+        pairs.put(convert.map_entry({"links": links, "reason": reason}, element), element.span)
     convert.put_some(state.tree, "disabled_contacts", pairs)
     for node, element in zip(nodes, state.elements_of("contact", nodes, "pair"), strict=True):
         state.keep_in_section("contact", node, "contact", element.span)
@@ -433,8 +435,8 @@ def add_kept(state: ImportState) -> None:
             same[0]["inner"].extend(node["inner"])
         by_tag.setdefault(tag, []).append(span)
     for link, nodes in by_link.items():
-        texts = convert.listing(map(convert.text_of, nodes), state.markup.root)
-        convert.put(state.links[link] if link else state.tree, "mjcf_elements" if link else "mjcf", texts)
+        texts = convert.list_entry(map(convert.text_of, nodes), state.markup.root)
+        convert.put_value(state.links[link] if link else state.tree, "mjcf_elements" if link else "mjcf", texts)
     for tag, spans in by_tag.items():
         what = f"{count_of(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
         message = f"{what}, for which the language has no keys: kept as XML under mjcf"

@@ -10,7 +10,7 @@ from rosorin_compile.model.link import together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
-from rosorin_compile.source.xml.elements import Found, found_in
+from rosorin_compile.source.xml.elements import FlatElement, found_in
 
 from .unsupported import along_link_of, position_range
 
@@ -106,7 +106,7 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     return bool(own) and math.isclose(total, effort, rel_tol=1e-12)
 
 
-def _kept(robot: Robot) -> list[Found]:
+def _kept(robot: Robot) -> list[FlatElement]:
     elements = [found for text in robot.mjcf if "<actuator" in text for found in found_in(text)]
     return [found for found in elements if found.tags[:-1] == ("actuator",)]
 

@@ -61,14 +61,14 @@ def add_shapes(state: ImportState) -> None:
                 _put_look(state, geom, shape, element)
             else:
                 attributes, bits = geom["element"]["attributes"], ("contype", "conaffinity")
-                contact = convert.mapping({word: geom[word] for word in bits if geom[word] != 1}, element)
+                contact = convert.map_entry({word: geom[word] for word in bits if geom[word] != 1}, element)
                 own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
                 state.put_words(contact, own, "contact", element, "a geom")
                 convert.put_some(shape, "contact", contact)
             _put_more(state, geom, shape, element, found, purpose)
             held.setdefault((state.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
-        convert.put(state.links[link], purpose, shapes)
+        convert.put_value(state.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] in state.link_of and index not in carried and not is_scene(geom):
             span, link = state.places.place_of("geoms", index).span, state.link_of[geom["bodyid"]]
@@ -107,7 +107,7 @@ def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
     if geom["type"] in (_MESH, _SDF):
         mesh = state.facts["meshes"][geom["dataid"]]
         place = place.then(convert.transform(mesh["pos"], mesh["quat"]).inverse())
-    return {**node, "attributes": {**attributes, **convert.placing(place), "density": "0"}}
+    return {**node, "attributes": {**attributes, **convert.pose_attributes(place), "density": "0"}}
 
 
 def keep_asset(state: ImportState, kind: str, name: str, span: Span) -> None:
@@ -152,10 +152,10 @@ def _shape(state: ImportState, geom: Thing, element: Element) -> Map:
     kind, size = geom["type"], geom["size"]
     if kind == _MESH:
         mesh = state.facts["meshes"][geom["dataid"]]
-        convert.put(sizes, "file", state.markup.place_of(_mesh_file(mesh)))
+        convert.put_value(sizes, "file", state.markup.place_of(_mesh_file(mesh)))
         if (scale := convert.tidy_vector(mesh["scale"])) != (1, 1, 1):
             asset = state.markup.find("asset", mesh["name"]) or element
-            convert.put(sizes, "scale", convert.numbers(scale, asset, "scale"))
+            convert.put_value(sizes, "scale", convert.numbers(scale, asset, "scale"))
         convert.put_some(sizes, "inertia", mesh["taken"])
         attributes, more = _asset(state, "mesh", mesh["name"])["attributes"], Map(element.span)
         words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
@@ -168,16 +168,16 @@ def _shape(state: ImportState, geom: Thing, element: Element) -> Map:
         of_file = Transform(reference.rows, (x, y, z))
         place = place.then(convert.transform(mesh["pos"], mesh["quat"]).inverse().then(of_file))
     elif kind == _BOX:
-        convert.put(sizes, "size", convert.numbers([convert.tidy(2 * half) for half in size], element))
+        convert.put_value(sizes, "size", convert.numbers([convert.tidy(2 * half) for half in size], element))
     elif kind == _ELLIPSOID:
-        convert.put(sizes, "radii", convert.numbers([convert.tidy(radius) for radius in size], element, "size"))
+        convert.put_value(sizes, "radii", convert.numbers([convert.tidy(radius) for radius in size], element, "size"))
     else:
         convert.put_number(sizes, "radius", convert.tidy(size[0]), element, "size")
         if kind != _SPHERE:
             convert.put_number(sizes, "length", convert.tidy(2 * size[1]), element)
-    convert.put(entry, _WORDS[kind], sizes)
+    convert.put_value(entry, _WORDS[kind], sizes)
     if geom["name"]:
-        convert.put(entry, "name", convert.legal(geom["name"]))
+        convert.put_value(entry, "name", convert.legal(geom["name"]))
     convert.put_pose(entry, place, element)
     return entry
 
@@ -192,14 +192,16 @@ def _put_look(state: ImportState, geom: Thing, shape: Map, element: Element) -> 
     rgba, at = _colour(geom), geom["matid"]
     if at < 0:
         if rgba != _NO_COLOUR:
-            convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
+            convert.put_value(shape, "rgba", convert.numbers(rgba, element, "rgba"))
         return
     material = state.facts["materials"][at]
     is_layered, texture = bool(_asset(state, "material", material["name"])["inner"]), material["texture"]
     if rgba == _NO_COLOUR and not is_layered:
-        convert.put(shape, "material", _material(state, at))
+        convert.put_value(shape, "material", _material(state, at))
         return
-    convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
+    convert.put_value(
+        shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba")
+    )
     convert.put_some(shape, "texture", texture and state.markup.place_of(texture))
     if texture or is_layered or _more_of_material(state, material):
         convert.put_inner(shape, "material", _material(state, at))
@@ -229,14 +231,14 @@ def _material(state: ImportState, index: int) -> str:
     given = state.material_of[index] = state.name("material", name)
     state.renamed.setdefault("material", {})[name] = given
     more, file = _more_of_material(state, material), material["texture"]
-    entry = convert.mapping({"rgba": convert.numbers(_colour(material), element, "rgba")}, element)
+    entry = convert.map_entry({"rgba": convert.numbers(_colour(material), element, "rgba")}, element)
     convert.put_some(entry, "texture", file and state.markup.place_of(file))
     texture = more.pop("texture", "")
     state.put_words(entry, more, "material", element, f'the material "{given}"')
     if texture:
         convert.put_inner(entry, "texture", texture)
         keep_asset(state, "texture", texture, element.span)
-    convert.put(state.materials, given, entry)
+    convert.put_value(state.materials, given, entry)
     return given
 
 

@@ -286,7 +286,7 @@ class _Geoms:
         self.printer, self.classes, self.shown = printer, classes, shown
         self.robot = robot = printer.robot
         self.implied = output.options.get("contacts", "implied") == "implied"
-        self.rolls = bodies.rolling(robot) if self.implied else frozenset[str]()
+        self.rolls = bodies.rolling_links(robot) if self.implied else frozenset[str]()
         self.form, self.mesh_inertia = bodies.form_of(output), output.options.get("mesh_inertia", "shell")
         self.names, printer.own_names = _geom_names(robot, self.form)
         self.meshes: dict[tuple[model.Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}

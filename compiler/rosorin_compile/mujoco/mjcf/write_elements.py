@@ -273,7 +273,7 @@ class ElementPrinter:
             values["polycoef"] = (offset - first, *others)
         return Part(entry.tag, self.print_values(values))
 
-    def mark(self, mark: simulation.Marked) -> Part:
+    def mark(self, mark: simulation.Attachment) -> Part:
         place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
         values = {key: value for key, value in mark.values.items() if value is not None}
         if mark.tag == "light":  # a light has a direction instead of a rotation
@@ -365,7 +365,7 @@ def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, or
     return made
 
 
-def _damaged(sensor: Sensor, part: simulation.Simulated, text: str) -> Iterator[Diagnostic]:
+def _damaged(sensor: Sensor, part: simulation.SensorElement, text: str) -> Iterator[Diagnostic]:
     from xml.etree import ElementTree
 
     what, around = f'the output of {part.element} for sensor "{sensor.name}"', part.section or "body"

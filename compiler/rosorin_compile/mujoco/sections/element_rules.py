@@ -19,7 +19,7 @@ from rosorin_compile.rules.urdf_elements import at_name, mjcf_texts
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.xml.elements import Found, found_in
+from rosorin_compile.source.xml.elements import FlatElement, found_in
 
 BALL = "ball"  # joint type with several qpos values, like the keys of ENDS
 # Nouns in messages, by MuJoCo's kind of name.
@@ -30,7 +30,7 @@ _RULES = {JOINT: "unknown-joint", BODY: "unknown-link"}
 _DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
-class Named(NamedTuple):
+class NameUse(NamedTuple):
     """A name in the MJCF, its kind, and the path that defines the name in the description.
 
     ``key``: the name is a key on that path. ``derived``: the name is derived from the name of a link or a joint.
@@ -55,38 +55,38 @@ def _free_joint(robot: Robot) -> str:
     return robot.root_in_world.joint or f"{root}_free"
 
 
-def _named(case: Case) -> Iterator[Named]:
+def _named(case: Case) -> Iterator[NameUse]:
     """Yield the names in the MJCF of a robot, except names of joints, bodies and shapes."""
     robot = case.robot
     for link in robot.links:
-        yield Named(SITE, link.name, case.link(link.name), derived=True)
+        yield NameUse(SITE, link.name, case.link(link.name), derived=True)
     for index, edge in enumerate(robot.edges):
-        yield Named(SITE, edge.child, case.edge(index, "child"), derived=True)
+        yield NameUse(SITE, edge.child, case.edge(index, "child"), derived=True)
     for joint in robot.joints:
         if joint.mimic:
-            yield Named(EQUALITY, joint.mimic.name or joint.name, case.joint(joint, "mimic"), derived=True)
+            yield NameUse(EQUALITY, joint.mimic.name or joint.name, case.joint(joint, "mimic"), derived=True)
         if joint.actuator and joint.moves:
-            yield Named(ACTUATOR, joint.actuator.name or joint.name, case.joint(joint, "actuator"), derived=True)
+            yield NameUse(ACTUATOR, joint.actuator.name or joint.name, case.joint(joint, "actuator"), derived=True)
     for link in robot.links:
         for mark in link.marked:
-            yield Named(mark.tag, mark.name, case.link(link.name, f"{mark.tag}s", mark.name))
+            yield NameUse(mark.tag, mark.name, case.link(link.name, f"{mark.tag}s", mark.name))
     for sensor in robot.sensors:
         path: Path = ("sensors", sensor.name)
         for part in sensor.simulated:
             count = part.replicas.count if part.replicas else 0
             for end in [f"_{index:0{len(str(count))}}" for index in range(count)] if part.replicas else [""]:
                 if part.kind == SENSOR_ELEMENT and part.pose is not None:
-                    yield Named(SITE, part.site + end, path)
+                    yield NameUse(SITE, part.site + end, path)
                 if part.kind in (SENSOR_ELEMENT, BODY_ELEMENT):
-                    yield Named(SENSOR if part.kind == SENSOR_ELEMENT else part.element, part.name + end, path)
+                    yield NameUse(SENSOR if part.kind == SENSOR_ELEMENT else part.element, part.name + end, path)
     for one in (one for section in of_topic("simulation") for one in case.symbols.definitions(section)):
         if one.kind in _DEFINED:
-            yield Named(_DEFINED[one.kind], one.name, one.path, key=len(one.path) == 2)
+            yield NameUse(_DEFINED[one.kind], one.name, one.path, key=len(one.path) == 2)
     for pose in robot.poses:
-        yield Named(KEY, pose.name, ("poses", pose.name))
+        yield NameUse(KEY, pose.name, ("poses", pose.name))
     for path, text, top in mjcf_texts(case):
         for name in (name for found in found_in(text) for name in mujoco.defined_names(found, top)):
-            yield Named(name.kind, name.name, path, key=False)
+            yield NameUse(name.kind, name.name, path, key=False)
 
 
 class _Names:
@@ -132,12 +132,12 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     for one in references:
         is_simulated = one.among == SIMULATION
         kind = _KINDS.get(one.kind, one.kind) if is_simulated else one.kind
-        if not (names.has if is_simulated else case.symbols.gives)(kind, one.name):
+        if not (names.has if is_simulated else case.symbols.defines)(kind, one.name):
             wrong.setdefault((is_simulated, kind, one.name), []).append(one)
     for (is_simulated, kind, name), uses in wrong.items():
         id, word = _RULES.get(kind, "unknown-name"), _WORDS.get(kind, kind)
         message = f'there is no {word} "{name}"'
-        known = names.by_kind.get(kind, ()) if is_simulated else case.symbols.among((kind,))
+        known = names.by_kind.get(kind, ()) if is_simulated else case.symbols.names_of_kinds((kind,))
         help: Help = case.suggest(uses[0].path, name, known, f"use another {word} of the robot")
         if kind == JOINT and name in case.robot.joint:
             joint = case.robot.joint[name]
@@ -157,7 +157,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
     if any(named.kind == GEOM for named in names):
         taken |= {(GEOM, name): path for name, path in _shapes(case).items()}
     if (root := case.robot.root_in_world.joint) in case.robot.joint:
-        names.append(Named(JOINT, root, ("root", "joint"), key=False))
+        names.append(NameUse(JOINT, root, ("root", "joint"), key=False))
         taken[JOINT, root] = case.joint(case.robot.joint[root])
     if all(named.derived or named.path[0] in ("sensors", "poses") for named in names):
         return  # names of links, sensors and poses are already unique
@@ -224,7 +224,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)
 
 
-def _misplaced(found: Found, top: bool) -> tuple[str, Help] | None:
+def _misplaced(found: FlatElement, top: bool) -> tuple[str, Help] | None:
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
     if tag in _IN_WORDS and not is_other:

@@ -78,7 +78,7 @@ def check_parameters(
     if unread := [path for path in (*paths, *managers, *launches) if not is_file(path)]:
         raise RequestError(no_file(unread[0]))
     moved = [_parse_remap(word) for word in remaps]
-    understood = Request.of(robot, arguments, packages, trust=trust).understand()
+    understood = Request.from_arguments(robot, arguments, packages, trust=trust).understand()
     if (case := understood.case) is None:
         return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
     if not distribution:

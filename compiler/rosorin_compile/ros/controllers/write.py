@@ -9,7 +9,7 @@ from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Edge, Output, Robot
-from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, Steering, Wheel, driving_of
+from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, DriveKinematics, Steering, Wheel, drive_kinematics
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
@@ -59,7 +59,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
         why = f"the drive is {robot.drive.kind}, not {kind}" if robot.drive else "the description has no drive"
         return RobotParameters({}, why)
     try:
-        driving = driving_of(robot)
+        driving = drive_kinematics(robot)
     except ValueError as problem:
         return RobotParameters({}, str(problem))
     base = _base(robot, driving.frame)
@@ -107,7 +107,7 @@ def _base(robot: Robot, frame: str) -> str:
     return base
 
 
-def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+def _quantities(robot: Robot, driving: DriveKinematics, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
     """Compute sizes and joints of the drive (m, rad), by the names in ``derived`` of ``ros2_controllers.json``."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
@@ -146,7 +146,7 @@ def _spread(numbers: list[float]) -> float:
     return max(numbers) - min(numbers)
 
 
-def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
+def _speeds(robot: Robot, driving: DriveKinematics, around: float) -> dict[str, Any]:
     """Derive base velocity limits (m/s, rad/s) from wheel limits; a turn by 1 rad rolls each wheel ``around`` m."""
     rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
     if not (least := min(rims, default=0.0)) or not around:

@@ -19,7 +19,7 @@ from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..node_kinds import as_yaml, plugins
 from ..parameter_files import distro_of, nodes_of
 from ..ports import Role, interfaces_of, short_type
-from ..srdf.planning import planning_of
+from ..srdf.planning import planning_model
 from .launch import PackageFile
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 
@@ -170,7 +170,7 @@ class Bringup:
         return {"slam": str(SLAM in owners and AMCL not in owners), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
-        planning, moved, solved = planning_of(self.robot), list[tuple[Any, ...]](), list[str]()
+        planning, moved, solved = planning_model(self.robot), list[tuple[Any, ...]](), list[str]()
         if planning is None:  # ``bringup`` reports the missing SRDF
             return {"solved": [], "limited": [], "moved": []}
         for one in self._controllers if _CONTROLLERS in self.outputs else ():
@@ -184,7 +184,7 @@ class Bringup:
         return {"solved": solved, "limited": list(self._limits()), "moved": moved}
 
     def _limits(self) -> Iterator[dict[str, Any]]:
-        if (planning := planning_of(self.robot)) is None or MOVEIT not in self.starts:
+        if (planning := planning_model(self.robot)) is None or MOVEIT not in self.starts:
             return
         acceleration = None if self._distribution == HUMBLE else _STAND_IN
         names = {name for group in planning.groups.values() for name in planning.active(group)}
@@ -204,7 +204,7 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
         if artifact.backend != _URDF or named[artifact.output].options.get(CONTROL):
             places.setdefault(artifact.backend, place)
             outputs.setdefault(artifact.backend, named[artifact.output])
-    if MOVEIT in starts and _SRDF in outputs and (planning := planning_of(robot)) is not None:
+    if MOVEIT in starts and _SRDF in outputs and (planning := planning_model(robot)) is not None:
         places["moveit_urdf"] = next((at for at, one in placed.items() if one.output == planning.urdf.name), "")
     ekf = next(iter(nodes_of(placed[places[_EKF]].text))).rpartition("/")[2] if _EKF in places else ""
     made = Bringup(robot, tuple(word for word in STARTS if word in starts), places, outputs, ekf)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compilation import Compiled
+from rosorin_compile.formats.compilation import CompileResult
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output.atomic_files import OutputError, digest
@@ -23,7 +23,7 @@ from .copies import copies, diff_lines, difference, forms, missing_files, other_
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import folder_of, make
-from .package_files import files_below, missing, undeclared_packages
+from .package_files import files_below, undeclared_packages, uninstalled_files
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 
@@ -70,7 +70,7 @@ def deploy(
         dry_run: Report the changes without writing files.
         full: List differences of texts in full in ``changes``.
     """
-    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    request, folder = Request.from_arguments(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     if is_file(stored := folder / ".rosorin-compile-deploy.yaml"):  # written by versions before 0.4
@@ -176,7 +176,7 @@ def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic
         yield report("deploy-install-space", message)
         return
     names = [(resolve(folder) / one.file).relative_to(root).as_posix() for one in planned]
-    for file, build in missing(root, name, names):
+    for file, build in uninstalled_files(root, name, names):
         message = f"{build.decided_by} of {name} does not install {file}"
         yield report("deploy-not-installed", message, None, f"add: {build.line}")
     launches = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
@@ -216,7 +216,7 @@ def check_deployed(
     Args:
         full: List differences of texts in full in ``lines``.
     """
-    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    request, folder = Request.from_arguments(robot, arguments, packages, trust=trust), Path(folder)
     compiled = request.compile()
     result, diagnostics = CheckedCopies(), [*compiled.diagnostics]
     if compiled.robot is not None and not has_errors(diagnostics):
@@ -230,7 +230,7 @@ def check_deployed(
 
 
 def _compare(
-    compiled: Compiled, robot: Robot, request: Request, folder: Path, full: bool, diagnostics: list[Diagnostic]
+    compiled: CompileResult, robot: Robot, request: Request, folder: Path, full: bool, diagnostics: list[Diagnostic]
 ) -> CheckedCopies:
     artifacts, files = compiled.artifacts, files_below(folder, skip_built=False)
     by_place: dict[str, list[Artifact]] = {}
@@ -267,7 +267,7 @@ def _compare(
 
 
 def _written_by_package(
-    compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
+    compiled: CompileResult, robot: Robot, request: Request, folder: Path, files: Sequence[str]
 ) -> dict[str, bytes]:
     """Return the expected contents, by path, of launch files and descriptions in packages that this tool wrote."""
     found: dict[str, bytes] = {}

@@ -26,7 +26,7 @@ from .copies import file_names
 from .options import Options, is_legal
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compilation import Compiled
+    from rosorin_compile.formats.compilation import CompileResult
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.request import Request
 
@@ -154,7 +154,9 @@ class CarriedDescription(NamedTuple):
         return any(one.default is None for one in self.passed)
 
 
-def carry(compiled: Compiled, request: Request, options: Options) -> tuple[CarriedDescription | None, list[Diagnostic]]:
+def carry(
+    compiled: CompileResult, request: Request, options: Options
+) -> tuple[CarriedDescription | None, list[Diagnostic]]:
     """Copy the description for a package if its options require compiling at launch; return it or None, and errors.
 
     The argument values of the request become defaults at launch. Raises LoadError.

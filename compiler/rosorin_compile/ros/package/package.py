@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.mesh_files import Searched, urdf_file_name
+from rosorin_compile.formats.mesh_files import SearchResult, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output.atomic_files import OutputError, digest
@@ -31,7 +31,7 @@ from .launch import CarriedDescription, PackageFile, carry, launch_files, launch
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compilation import Compiled
+    from rosorin_compile.formats.compilation import CompileResult
 
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
@@ -94,7 +94,7 @@ def package(
         moveit: Add a launch file that starts MoveIt.
         nav2: Add a launch file that starts Nav2 and robot_localization.
     """
-    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    request, folder = Request.from_arguments(robot, arguments, packages, trust=trust), Path(folder)
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
@@ -136,7 +136,7 @@ def make(
     options: Options,
     sources: Sequence[Path],
     target: Path,
-    compiled: Compiled | None = None,
+    compiled: CompileResult | None = None,
     carried: CarriedDescription | None = None,
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
     """Return the files of the ROS package of a robot by path, and diagnostics.
@@ -167,7 +167,7 @@ def make(
         return {}, remarks
     files: dict[str, bytes] = {}
     needs, diagnostics = set(started.packages()), list[Diagnostic]()
-    searched = (compiled.meshes if compiled is not None else None) or Searched()
+    searched = (compiled.meshes if compiled is not None else None) or SearchResult()
     known = {**searched.by_name, **{urdf_file_name(name): file for name, file in searched.by_name.items()}}
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].beside

@@ -48,14 +48,14 @@ def is_launch_file(name: str) -> bool:
     return name.endswith(_LAUNCH_ENDINGS) or ("launch/" in name and name.endswith(".py"))
 
 
-class Missing(NamedTuple):
+class InstallHint(NamedTuple):
     """The build file that does not install a file, and the line to add to the build file."""
 
     decided_by: str
     line: str
 
 
-def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, Missing]]:
+def uninstalled_files(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, InstallHint]]:
     """Yield the files, relative to the package, that setup.py or CMakeLists.txt does not install, with the solution.
 
     If a package has both, its build type determines which of them applies.
@@ -67,10 +67,10 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
     for file in files if is_file(setup) or is_file(cmake) else ():
         folder = file.rpartition("/")[0]
         if is_python and not _setup_installs(text, file):
-            yield file, Missing("setup.py", f"('{f'share/{name}/{folder}'.rstrip('/')}', ['{file}']),")
+            yield file, InstallHint("setup.py", f"('{f'share/{name}/{folder}'.rstrip('/')}', ['{file}']),")
         elif not is_python and words.isdisjoint({file, *map(str, PurePosixPath(file).parents)}):
             what = f"DIRECTORY {folder}" if folder else f"FILES {file}"
-            yield file, Missing("CMakeLists.txt", f"install({what} DESTINATION share/${{PROJECT_NAME}})")
+            yield file, InstallHint("CMakeLists.txt", f"install({what} DESTINATION share/${{PROJECT_NAME}})")
 
 
 def _text(path: Path) -> str:

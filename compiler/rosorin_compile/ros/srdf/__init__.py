@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, Unsupported, xml_syntax
+from rosorin_compile.formats.format import NUMBER_FORMAT, Format, OutputEntry, Unsupported, xml_syntax
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import DisabledCollision, Output, Robot
 from rosorin_compile.model.robot import JointPose
@@ -21,7 +21,7 @@ from rosorin_compile.source.numbers import number_format, vector
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from . import checks, importer
-from .planning import Planning, planning_of, sort_pair, stale_text
+from .planning import PlanningModel, planning_model, sort_pair, stale_text
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -50,7 +50,7 @@ class Srdf:
 
 def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
     """Return the contents of the SRDF of a robot, for comparison with an existing file."""
-    if (planning := planning_of(robot)) is None:
+    if (planning := planning_model(robot)) is None:
         return Srdf()
     said, virtual = planning.said, planning.virtual
     entries: dict[str, dict[str, dict[str, Any]]] = defaultdict(dict)
@@ -78,7 +78,9 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
     )
 
 
-def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tuple[str, float | tuple[float, ...]]]:
+def _positions(
+    planning: PlanningModel, group: Group, pose: JointPose
+) -> Iterator[tuple[str, float | tuple[float, ...]]]:
     """Yield (joint, position) for a state of a group, including the virtual joint if it is in the group.
 
     The position of the virtual joint is (x, y, theta), or x, y, z and a quaternion (x, y, z, w), in m and rad.
@@ -94,7 +96,7 @@ def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tu
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the text of the SRDF of a robot, and diagnostics. Option: ``number_format`` (short, exact or six)."""
-    planning, number = planning_of(robot), number_format(output.options)
+    planning, number = planning_model(robot), number_format(output.options)
     if planning is None:
         message = f"{output.file} needs a URDF, but the robot has no output of this format"
         return "", [report("srdf-without-urdf", message)]
@@ -223,7 +225,7 @@ FORMAT = Format(
     read=read,
     join=importer.join,
     is_other=_is_other,
-    asked=lambda tree, _, name: Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None,
+    asked=lambda tree, _, name: OutputEntry({"file": f"{name}.srdf"}) if "moveit" in tree else None,
     measures=True,
     syntax=xml_syntax,
     folder="srdf",

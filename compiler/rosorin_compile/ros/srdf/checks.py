@@ -9,7 +9,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Sugges
 from rosorin_compile.source.tree import Path, value_at
 
 from ..sections.moveit import state_path
-from .planning import URDF, Planning, planning_of, stale_text
+from .planning import URDF, PlanningModel, planning_model, stale_text
 
 _TOP = "moveit"
 
@@ -20,7 +20,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     first = next(one for one in robot.outputs if one.backend == output.backend)
     if output != first or not robot.links or not robot.is_tree:
         return
-    planning = planning_of(robot)
+    planning = planning_model(robot)
     if planning is None and robot.moveit is not None and (name := robot.moveit.urdf):
         message = f'there is no URDF output "{name}", which the SRDF needs'
         urdfs = [one.name for one in robot.outputs if one.backend == URDF]
@@ -62,11 +62,11 @@ def _all(case: Case, kind: str) -> Collection[str]:
     return case.robot.link if kind == "link" else case.robot.joint
 
 
-def _own_joints(planning: Planning, group: Group) -> list[str]:
+def _own_joints(planning: PlanningModel, group: Group) -> list[str]:
     return [name for name in group.joints if planning.virtual is None or name != planning.virtual.name]
 
 
-def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
     """Report planning groups that have no joints, contain themselves, or have a chain with swapped base and tip."""
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
@@ -94,7 +94,7 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             yield case.problem("moveit-group", message, path, 'add "chain", "joints", "links" or "groups"', key=True)
 
 
-def _circle(planning: Planning, group: Group) -> list[str]:
+def _circle(planning: PlanningModel, group: Group) -> list[str]:
     """Return the names of groups in a cycle of subgroups that contains a group, or []."""
     ways = [[group.name]]
     for way in ways:  # breadth-first search: the list grows in the loop
@@ -106,7 +106,7 @@ def _circle(planning: Planning, group: Group) -> list[str]:
     return []
 
 
-def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+def _states(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
     """Report states that set no joint of their group, and poses that set more than half of its joints but not all."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
@@ -127,7 +127,7 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
                 yield case.problem("moveit-state", message, ("poses", pose.name), help, severity=NOTE, key=True)
 
 
-def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[Diagnostic]:
+def _end_effector(case: Case, planning: PlanningModel, one: EndEffector) -> Iterator[Diagnostic]:
     rule, path = "moveit-end-effector", (_TOP, "end_effectors", one.name)
     if not {one.group, one.parent_group or one.group} <= set(planning.groups) or one.parent not in planning.links:
         return
@@ -146,7 +146,7 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
             yield case.problem(rule, f'{message}"{one.name}"', (*path, "parent_group"), help)
 
 
-def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+def _virtual_joint(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
     virtual, path = planning.virtual, (_TOP, "virtual_joint")
     if virtual is not None and virtual.name in case.robot.joint:
         message = f'the virtual joint has the same name as a joint of the robot: "{virtual.name}"'
@@ -158,7 +158,7 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         yield case.problem("moveit-virtual-joint", f"{message}the URDF", (*path, "parent"), help, severity=WARNING)
 
 
-def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:
+def _matrix(case: Case, planning: PlanningModel, output: Output) -> Iterator[Diagnostic]:
     if (matrix := planning.said.matrix) is None:
         if len(planning.solids) > 1:
             links, path = count_of(len(planning.solids), "link"), ("outputs", output.name)

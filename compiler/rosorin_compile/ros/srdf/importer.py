@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rosorin_compile.formats.format import Opened, Placed
+from rosorin_compile.formats.format import ImportFile, SourceValue
 from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, PLAIN, XmlReader, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
@@ -19,7 +19,7 @@ from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.wording import suggest
 from rosorin_compile.source.xml.markup import Element, name_of
 
-from .planning import URDF, Planning, sort_pair
+from .planning import URDF, PlanningModel, sort_pair
 
 Entry = dict[str, Any]
 
@@ -56,11 +56,11 @@ class _State:
     """A state of a planning group: its joint positions, and the pose of the base or None."""
 
     span: Span
-    positions: dict[str, Placed] = field(default_factory=dict)
+    positions: dict[str, SourceValue] = field(default_factory=dict)
     base: Entry | None = None
 
 
-def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
+def join(opened: ImportFile, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     """Convert an opened SRDF to sections for the robot in ``tree``; return the sections and diagnostics."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
@@ -81,16 +81,16 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
 class _Importer:
     """Converts an SRDF to entries of a description, with the position of each value in the SRDF."""
 
-    def __init__(self, opened: Opened, robot: Robot) -> None:
+    def __init__(self, opened: ImportFile, robot: Robot) -> None:
         self.robot = robot
         self.reading = XmlReader(opened.options)
-        self.planning = Planning(robot, Output(URDF, URDF, ""))
+        self.planning = PlanningModel(robot, Output(URDF, URDF, ""))
         self.virtual: VirtualJoint | None = None
         self.virtual_entry: Any = False
-        self.groups: dict[str, Placed] = {}
+        self.groups: dict[str, SourceValue] = {}
         self.states: dict[str, dict[str, _State]] = defaultdict(dict)
         self.sections: Entry = {}
-        self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
+        self.pairs: dict[str, dict[Pair, SourceValue]] = {"disable_collisions": {}, "enable_collisions": {}}
 
     def read(self, root: Element) -> None:
         self.reading.check(root, tuple(_KNOWN), ("name", "version"), None)
@@ -104,13 +104,15 @@ class _Importer:
             if tag == "group":
                 self._remove_unusable_groups()
 
-    def _words(self, element: Element, names: Mapping[str, str], tags: Collection[str] = ()) -> list[Placed] | None:
+    def _words(
+        self, element: Element, names: Mapping[str, str], tags: Collection[str] = ()
+    ) -> list[SourceValue] | None:
         """Return the required attributes of an element, or None after reporting a missing one or an unknown name."""
         before = len(self.reading.diagnostics)
         self.reading.check(element, tags, names, None)
         needed = [name for name in names if name not in _OPTIONAL]
         given = {name: one for name, one in element.attributes.items() if name in needed and one.value.strip()}
-        words = {name: Placed(given[name].value.strip(), given[name].span) for name in needed if name in given}
+        words = {name: SourceValue(given[name].value.strip(), given[name].span) for name in needed if name in given}
         if missing := [name for name in needed if name not in given]:
             if not has_errors(self.reading.diagnostics[before:]):
                 help = f"MoveIt passes over it: it has no {quote(missing, 5)}"
@@ -119,13 +121,13 @@ class _Importer:
         exist = [self._exists(word, names[name], element) for name, word in words.items() if names[name]]
         return list(words.values()) if all(exist) else None
 
-    def _children(self, element: Element) -> list[tuple[Element, list[Placed]]]:
+    def _children(self, element: Element) -> list[tuple[Element, list[SourceValue]]]:
         """Return the valid children of an element that MoveIt reads, each with its required attributes."""
         known = _INSIDE[element.tag]
         found = [(child, self._words(child, known[child.tag])) for child in element.children if child.tag in known]
         return [(child, words) for child, words in found if words is not None]
 
-    def _exists(self, name: Placed, kind: str, element: Element) -> bool:
+    def _exists(self, name: SourceValue, kind: str, element: Element) -> bool:
         """Return True if a link, joint or group with a name exists, else report the unknown name."""
         joints = [*self.planning.joints, *([self.virtual.name] if self.virtual is not None else [])]
         known: Collection[str] = {"group": [*self.groups], "link": [*self.planning.links], "joint": joints}[kind]
@@ -138,7 +140,9 @@ class _Importer:
         self.reading.cannot_carry(what, element.span if element.tag == "group_state" else name.span, help)
         return False
 
-    def _virtual_joint(self, element: Element, name: Placed, kind: Placed, parent: Placed, child: Placed) -> None:
+    def _virtual_joint(
+        self, element: Element, name: SourceValue, kind: SourceValue, parent: SourceValue, child: SourceValue
+    ) -> None:
         if self.virtual is not None or child.value != self.planning.root:
             help = f'MoveIt takes one whose child is the root, "{self.planning.root}"'
             self.reading.cannot_carry(name_of(element), element.span, help)
@@ -147,9 +151,9 @@ class _Importer:
             self.reading.cannot_carry(f'the type "{kind.value}" of {name_of(element)}', kind.span, "MoveIt takes fixed")
             taken = FIXED
         self.virtual = VirtualJoint(taken, parent.value, name.value)
-        self.virtual_entry = {"name": name, "type": Placed(taken, kind.span), "parent": parent}
+        self.virtual_entry = {"name": name, "type": SourceValue(taken, kind.span), "parent": parent}
 
-    def _group(self, element: Element, name: Placed) -> None:
+    def _group(self, element: Element, name: SourceValue) -> None:
         if name.value in self.groups:
             what, help = f"a second {name_of(element)}", "MoveIt takes the first of this name"
             self.reading.cannot_carry(what, element.span, help)
@@ -159,14 +163,16 @@ class _Importer:
             if child.tag != "chain":
                 entry.setdefault(f"{child.tag}s", []).append(words[0])
                 continue
-            joints = [Placed(one.name, child.span) for one in self.planning.joints_between(*(w.value for w in words))]
+            joints = [
+                SourceValue(one.name, child.span) for one in self.planning.joints_between(*(w.value for w in words))
+            ]
             if not joints:
                 self.reading.ignore("a chain that begins and ends at one link has no joint", child.span)
             elif "chain" in entry:
                 entry.setdefault("joints", []).extend(joints)
             else:
-                entry["chain"] = Placed({"base": words[0], "tip": words[1]}, child.span)
-        self.groups[name.value] = Placed(entry, name.span)
+                entry["chain"] = SourceValue({"base": words[0], "tip": words[1]}, child.span)
+        self.groups[name.value] = SourceValue(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
         """Remove and report groups that MoveIt ignores: those without joints or with an ignored or unknown subgroup."""
@@ -177,7 +183,7 @@ class _Importer:
             joints, links, groups = (tuple(one.value for one in entry.get(key, ())) for key in _MEMBERS)
             model[name] = Group(name, ends, joints, links, groups)
         moveit = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
-        self.planning = Planning(replace(self.robot, moveit=moveit), self.planning.urdf)
+        self.planning = PlanningModel(replace(self.robot, moveit=moveit), self.planning.urdf)
         usable: set[str] = set()
         candidates = [one for one in model.values() if one.groups or self.planning.joints_in(one)]
         while more := {one.name for one in candidates if usable.issuperset(one.groups)} - usable:
@@ -188,7 +194,7 @@ class _Importer:
             help = f"MoveIt leaves it out: {reason}"
             self.reading.cannot_carry(f'<group name="{name}">', self.groups.pop(name).span, help)
 
-    def _group_state(self, element: Element, name: Placed, group: Placed) -> None:
+    def _group_state(self, element: Element, name: SourceValue, group: SourceValue) -> None:
         inside = self.planning.joints_in(self.planning.groups[group.value])
         state, before = _State(element.span), len(self.reading.diagnostics)
         for child, (joint, _) in self._children(element):
@@ -204,7 +210,7 @@ class _Importer:
         elif not has_errors(self.reading.diagnostics[before:]):
             self.reading.cannot_carry(name_of(element), element.span, "it places no joint")
 
-    def _add_position(self, state: _State, name: Placed, element: Element) -> None:
+    def _add_position(self, state: _State, name: SourceValue, element: Element) -> None:
         value, joint = element.attributes["value"], self.robot.joint.get(name.value)
         words = value.words()
         if joint is None:  # only the virtual joint is not a joint of the robot
@@ -224,58 +230,60 @@ class _Importer:
         else:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
             if (number := self.reading.number(words[0], element, "value", unit, "size")) is not None:
-                state.positions[name.value] = Placed(number, words[0].span)
+                state.positions[name.value] = SourceValue(number, words[0].span)
 
-    def _end_effector(self, element: Element, name: Placed, parent: Placed, group: Placed) -> None:
+    def _end_effector(self, element: Element, name: SourceValue, parent: SourceValue, group: SourceValue) -> None:
         above, entry = element.attributes.get("parent_group"), {"group": group, "parent": parent}
         carrier = above.value.strip() if above is not None else ""
         moves = self.planning.links_in(self.planning.groups[carrier]) if carrier in self.groups else set()
         if above is not None and carrier != group.value and parent.value in moves:
-            entry["parent_group"] = Placed(carrier, above.span)
+            entry["parent_group"] = SourceValue(carrier, above.span)
         elif above is not None:
             help = f'MoveIt looks for another group: this one does not move the link "{parent.value}"'
             self.reading.cannot_carry(f'the parent group "{carrier}" of {name_of(element)}', above.span, help)
         effectors = self.sections.setdefault("end_effectors", {})
         if name.value in effectors:
             self.reading.cannot_carry(f"a second {name_of(element)}", element.span)
-        effectors.setdefault(name.value, Placed(entry, element.span))
+        effectors.setdefault(name.value, SourceValue(entry, element.span))
 
-    def _passive_joint(self, element: Element, name: Placed) -> None:
+    def _passive_joint(self, element: Element, name: SourceValue) -> None:
         names = self.sections.setdefault("passive_joints" if element.tag == "passive_joint" else "unchecked_links", [])
         names += [] if name.value in [one.value for one in names] else [name]
 
     _disable_default_collisions = _passive_joint
 
-    def _disable_collisions(self, element: Element, *names: Placed) -> None:
+    def _disable_collisions(self, element: Element, *names: SourceValue) -> None:
         first, second = sorted(names, key=lambda name: str(name.value))
         pair, found = sort_pair((first.value, second.value)), self.pairs[element.tag]
-        links, reason = Placed([first, second], element.span), element.attributes.get("reason")
+        links, reason = SourceValue([first, second], element.span), element.attributes.get("reason")
         if pair in found or first.value == second.value:
             what = "a pair of one link, or a pair that is named a second time, has no effect"
             self.reading.ignore(what, element.span)
         elif element.tag == "enable_collisions":
             found[pair] = links
         else:
-            why = Placed(DisabledCollision.reason, element.span)
-            why = Placed(reason.value.strip(), reason.span) if reason and reason.value.strip() else why
-            found[pair] = Placed({"links": links, "reason": why}, element.span)
+            why = SourceValue(DisabledCollision.reason, element.span)
+            why = SourceValue(reason.value.strip(), reason.span) if reason and reason.value.strip() else why
+            found[pair] = SourceValue({"links": links, "reason": why}, element.span)
 
     _enable_collisions = _disable_collisions
 
-    def _link_sphere_approximation(self, element: Element, link: Placed) -> None:
+    def _link_sphere_approximation(self, element: Element, link: SourceValue) -> None:
         for child, _ in self._children(element):
             center = numbers(child, "center", 3, LENGTHS, self.reading)
             radius = numbers(child, "radius", 1, LENGTHS, self.reading)
             if center is None or radius is None:
                 continue
-            balls = self.sections.setdefault("spheres", {}).setdefault(link.value, Placed([], element.span)).value
+            balls = self.sections.setdefault("spheres", {}).setdefault(link.value, SourceValue([], element.span)).value
             if radius[0] > 0:
-                xyz = [Placed(value, span) for value, span in zip(center, center.value_spans, strict=True)]
-                balls.append(Placed({"xyz": xyz, "radius": Placed(radius[0], radius.value_spans[0])}, child.span))
+                xyz = [SourceValue(value, span) for value, span in zip(center, center.value_spans, strict=True)]
+                balls.append(
+                    SourceValue({"xyz": xyz, "radius": SourceValue(radius[0], radius.value_spans[0])}, child.span)
+                )
 
-    def _joint_property(self, _: Element, joint: Placed, name: Placed, value: Placed) -> None:
+    def _joint_property(self, _: Element, joint: SourceValue, name: SourceValue, value: SourceValue) -> None:
         of_joint = self.sections.setdefault("joint_properties", {}).setdefault(joint.value, {})
-        of_joint[name.value] = Placed(Text(value.value), value.span)
+        of_joint[name.value] = SourceValue(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
         """Convert states to poses, whose names are not ``taken``; compatible states with the same name share a pose."""
@@ -291,7 +299,7 @@ class _Importer:
                     free += "_state"
                 names[group, name], pose = free, merged or state
                 base = {} if pose.base is None else {"base": pose.base}
-                made[free] = Placed({"positions": dict(pose.positions), **base}, pose.span)
+                made[free] = SourceValue({"positions": dict(pose.positions), **base}, pose.span)
         for group, states in of_groups if made or taken else ():
             of_group = {name: names[group, name] for name in states}
             is_same = all(name == pose for name, pose in of_group.items())

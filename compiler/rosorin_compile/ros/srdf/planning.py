@@ -38,16 +38,16 @@ class Parts(NamedTuple):
 
 
 @of_robot
-def planning_of(robot: Robot) -> Planning | None:
+def planning_model(robot: Robot) -> PlanningModel | None:
     """Return the robot as MoveIt loads it, or None if no output is the URDF that belongs to the SRDF."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
     name = robot.moveit.urdf if robot.moveit is not None else ""
     published = [output for output in urdfs if output.options.get("frames", "published") == "published"]
     candidates = [output for output in urdfs if output.name == name] if name else published or urdfs
-    return Planning(robot, candidates[0]) if candidates else None
+    return PlanningModel(robot, candidates[0]) if candidates else None
 
 
-class Planning:
+class PlanningModel:
     """A robot as MoveIt loads it from a URDF output; the section ``moveit`` (``said``) may contain invalid names."""
 
     def __init__(self, robot: Robot, urdf: Output) -> None:

@@ -72,7 +72,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
     return values
 
 
-class Found(NamedTuple):
+class FlatElement(NamedTuple):
     """An XML element: the tags from the outermost element to this one, its attributes, its text, its line (from 1)."""
 
     tags: tuple[str, ...]
@@ -97,14 +97,14 @@ def damage(text: str) -> str:
     return "" if root.children else "there is no element"
 
 
-def found_in(text: str) -> list[Found]:
+def found_in(text: str) -> list[FlatElement]:
     """Return all elements of a text in the order of their end tags, or none if it is not XML."""
     found = []
     with suppress(MarkupError):
         for element in sorted([*_fragment(text).iter()][1:], key=lambda element: element.end):
             tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
             attributes = {name: attribute.value for name, attribute in element.attributes.items()}
-            found.append(Found(tags, attributes, element.text, element.span.line))
+            found.append(FlatElement(tags, attributes, element.text, element.span.line))
     return found
 
 

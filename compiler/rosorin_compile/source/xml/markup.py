@@ -15,7 +15,7 @@ from xml.parsers import expat
 
 from ..diagnostics import Diagnostic, Related, Source, SourceError, Span, error
 from ..files import label
-from ..load import decoded, read_input
+from ..load import decode, read_input
 
 RULE = "xml-syntax"
 MAX_BYTES = 100_000_000
@@ -56,7 +56,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
         message = f"{name} is not a text file: it contains zero bytes"
         raise MarkupError(error("not-text", message, asked, "name a URDF, xacro, SDF or MJCF file"))
     help = 'save the file as UTF-8, or declare its encoding: <?xml version="1.0" encoding="ISO-8859-1"?>'
-    return decoded(data, name, encoding.removesuffix("-sig"), help)
+    return decode(data, name, encoding.removesuffix("-sig"), help)
 
 
 def without_late_declaration(source: Source) -> Source:

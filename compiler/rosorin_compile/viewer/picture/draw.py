@@ -87,7 +87,7 @@ def picture(
         theme: ``"light"`` or ``"dark"``.
         transparent: Draw only the robot and its shadow, on a transparent background.
     """
-    request, target = Request.of(robot, arguments, packages, trust=trust), Path(output)
+    request, target = Request.from_arguments(robot, arguments, packages, trust=trust), Path(output)
     if not all(_SMALLEST <= side <= _LARGEST for side in size):
         raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {size[0]}x{size[1]}")
     direction = _direction(view)

@@ -26,7 +26,7 @@ class Turn(NamedTuple):
     path: Path
 
 
-class Publishing(NamedTuple):
+class JointPublishers(NamedTuple):
     """The publishers of a joint: one that publishes it in every mode, and nodes that publish it in some modes.
 
     robot_state_publisher publishes the entire URDF in every mode, so it is never in ``turns``.
@@ -35,7 +35,7 @@ class Publishing(NamedTuple):
     always: Publisher
     turns: tuple[Turn, ...] = ()
 
-    def of_optical(self) -> "Publishing":
+    def of_optical(self) -> "JointPublishers":
         """Return the default publishers of the optical frame: the same, but a static one is named NAME_optical."""
 
         def second(node: Publisher) -> Publisher:
@@ -43,19 +43,19 @@ class Publishing(NamedTuple):
             return Publisher(STATIC_TRANSFORM_PUBLISHER, f"{node.name}_optical") if is_static else node
 
         turns = tuple(turn._replace(publisher=second(turn.publisher)) for turn in self.turns)
-        return Publishing(second(self.always), turns)
+        return JointPublishers(second(self.always), turns)
 
 
 def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
     for name, entry in entries_of(tree, "joints"):
         path: Path = ("joints", name)
         lowering.place_joint(name, path, entry["child"], (*path, "child"))
-        by = publishing(lowering, entry, path)
+        by = joint_publishers(lowering, entry, path)
         safety = record_of(SafetyController, entry["safety_controller"]) if "safety_controller" in entry else None
         add_joint(lowering, record_of(Joint, entry, name=name, publisher=by.always, safety=safety), by)
 
 
-def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
+def add_joint(lowering: Lowering, joint: Joint, publishing: JointPublishers) -> None:
     """Add a joint to the robot, and a frame tree edge for each publisher in ``publishing.turns``."""
     lowering.joints.append(joint)
     for turn in publishing.turns:
@@ -76,7 +76,7 @@ def node(lowering: Lowering, name: str, path: Path) -> Publisher:
     return OF_THE_URDF
 
 
-def publishing(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> Publishing:
+def joint_publishers(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> JointPublishers:
     """Return the publishers of a joint: the key ``publisher`` of its entry, by default robot_state_publisher."""
     requested, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
@@ -91,11 +91,11 @@ def publishing(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> Publ
         return node(lowering, value, at)
 
     if not isinstance(requested, list):
-        return Publishing(publisher(requested, here))
+        return JointPublishers(publisher(requested, here))
     items = [(item, (*here, index)) for index, item in enumerate(requested)]
     turns = [Turn(publisher(item["by"], (*at, "by")), item.get("when", ""), at) for item, at in items]
     others = tuple(turn for turn in turns if turn.publisher.kind != ROBOT_STATE_PUBLISHER)
-    return Publishing(_IN_TURNS if len(others) == len(turns) else OF_THE_URDF, others)
+    return JointPublishers(_IN_TURNS if len(others) == len(turns) else OF_THE_URDF, others)
 
 
 SECTION: Section[Any] = Section("joints", Joint, lower=_joints, checks=("rosorin_compile.rules.joints",))

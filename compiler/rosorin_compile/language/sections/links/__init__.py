@@ -12,7 +12,7 @@ from rosorin_compile.model import Inertial, Link, Transform
 from rosorin_compile.model.link import Source, inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
-from rosorin_compile.model.simulation import Marked
+from rosorin_compile.model.simulation import Attachment
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Path
@@ -43,7 +43,7 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
                 made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
                 inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
         marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
-        marked = tuple(record_of(Marked, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
+        marked = tuple(record_of(Attachment, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
         link = record_of(Link, entry, name=name, inertial=inertial, **shapes, source=source, marked=marked)
         lowering.links.append(link)
 

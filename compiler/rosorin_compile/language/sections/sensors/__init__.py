@@ -16,7 +16,7 @@ from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.sections import Section
-from rosorin_compile.model.simulation import TEMPLATE_ELEMENT, GazeboSensor, Replicas, SdfElement, Simulated
+from rosorin_compile.model.simulation import TEMPLATE_ELEMENT, GazeboSensor, Replicas, SdfElement, SensorElement
 from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
@@ -24,7 +24,7 @@ from rosorin_compile.source.wording import phrase
 from ...expand.parts import ChangedSensor
 from ...lower import Lowering, LoweringError, entries_of, pose_of_entry, record_of, values_of, vector_of
 from ...suggestions import suggest_name
-from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
+from ..joints import OF_THE_URDF, JointPublishers, add_joint, joint_publishers
 
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": rotation from body frame to optical frame
 MAX_DEPTH = 12
@@ -67,12 +67,12 @@ def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapp
     optical = entry.get("optical") or {}
     optical_frame = optical.get("frame", "")
     optical_pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), _OPTICAL_RPY))
-    joint, parent, mount, by, existing = "", frame, IDENTITY, Publishing(OF_THE_URDF), None
+    joint, parent, mount, by, existing = "", frame, IDENTITY, JointPublishers(OF_THE_URDF), None
     if "parent" in entry:
         made = _mount(entry)
         joint, parent, mount = made.name, made.parent, made.origin
         lowering.place_joint(joint, path, frame, (*path, "frame"))
-        by = publishing(lowering, entry, path)
+        by = joint_publishers(lowering, entry, path)
         add_joint(lowering, replace(made, publisher=by.always), by)
     else:
         _check(lowering, name, entry, above)
@@ -86,7 +86,7 @@ def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapp
     if optical and existing is None:
         here, to_optical = (*path, "optical"), optical.get("joint", f"{optical_frame}_joint")
         lowering.place_joint(to_optical, here, optical_frame, (*here, "frame"))
-        by = publishing(lowering, optical, here) if "publisher" in optical else by.of_optical()
+        by = joint_publishers(lowering, optical, here) if "publisher" in optical else by.of_optical()
         made = Joint(to_optical, "fixed", frame, optical_frame, optical_pose, publisher=by.always, source=source)
         add_joint(lowering, made, by)
     return sensor
@@ -137,10 +137,10 @@ class Frames(NamedTuple):
 
 def _elements(
     lowering: Lowering, name: str, entry: Mapping[str, Any], frames: Frames
-) -> tuple[tuple[Simulated, ...], tuple[GazeboSensor, ...]]:
+) -> tuple[tuple[SensorElement, ...], tuple[GazeboSensor, ...]]:
     """Return the MuJoCo and Gazebo elements of a sensor; report duplicate names."""
     links = {link.name: link for link in lowering.links}
-    elements, gazebo = list[Simulated](), list[GazeboSensor]()
+    elements, gazebo = list[SensorElement](), list[GazeboSensor]()
     with lowering.reporting(f' (sensor "{name}")'):
         for index, item in enumerate(entry.get("mjcf") or ()):
             path: Path = ("sensors", name, "mjcf", index)
@@ -164,7 +164,7 @@ def _check_optical(frames: Frames, path: Path) -> None:
         raise LoweringError("missing-key", "the sensor has no optical frame", (*path, "frame"), help)
 
 
-def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: Path) -> Simulated:
+def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: Path) -> SensorElement:
     kinds = [kind for kind in _KINDS if kind in entry]
     if len(kinds) != 1:
         message = f'an entry of "mjcf" needs exactly one of {", ".join(_KINDS)}, but has {phrase(kinds) or "none"}'
@@ -183,7 +183,7 @@ def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: P
     name = f"{sensor}_{entry['name']}" if entry.get("name") is not None else sensor
     replicas = _replicas(entry["replicate"], (*path, "replicate")) if "replicate" in entry else None
     attributes, section = values_of(entry.get("attributes")), entry.get("section", "")
-    return Simulated(kinds[0], entry[kinds[0]], name, link, pose, attributes, replicas=replicas, section=section)
+    return SensorElement(kinds[0], entry[kinds[0]], name, link, pose, attributes, replicas=replicas, section=section)
 
 
 def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
@@ -254,7 +254,7 @@ def _sdf_value(value: Any, path: Path) -> float | str | bool:
     return str(value) if isinstance(value, str) else float(value)
 
 
-def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Simulated:
+def _moved(element: SensorElement, sensor: Mapping[str, Any], frames: Frames) -> SensorElement:
     """If a sensor moves the Gazebo sensor of its sensor type, move a MuJoCo element of that type with it."""
     changed, is_on_parent = sensor.get("gazebo"), element.link == frames.parent != frames.sensor
     if not isinstance(changed, ChangedSensor) or changed.brought is None or is_on_parent:
@@ -282,7 +282,7 @@ def _pose_in_sensor(entry: Mapping[str, Any], frames: Frames) -> Transform | Non
     return pose if sensor.link == frames.sensor else frames.optical_pose.transform().then(pose)
 
 
-def _around_shapes(element: Simulated, links: Mapping[str, Link]) -> Simulated:
+def _around_shapes(element: SensorElement, links: Mapping[str, Link]) -> SensorElement:
     values = element.attributes
     if element.element != "site" or values.get("type") != "box" or values.get("size") is not None:
         return element

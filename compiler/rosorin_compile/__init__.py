@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from rosorin_compile.viewer.robot_view import Page, view
 
 _MODULES = {
-    "api": "Arguments Checked Explained Outputs Rules Written arguments check collisions compile diff explain "
-           "explain_rules outputs read schema write",
+    "api": "Arguments CheckResult ExplainResult Outputs Rules WriteResult arguments check collisions compile diff "
+           "explain explain_rules outputs read schema write",
     "compare.difference": "Difference",
-    "formats.compilation": "Compiled Reading Variant",
+    "formats.compilation": "CompileResult ReadResult Variant",
     "formats.format": "Artifact",
     "importing.extract.extract": "extract_boxes extract_height_map",
     "importing.extract.factory": "extract_factory",
@@ -73,12 +73,13 @@ _MODULES = {
 _HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 __all__ = [
     "Argument", "Arguments", "Artifact", "CheckResult", "CheckedPhysics", "CollisionMatrix", "CompileResult",
-    "Diagnostic", "Difference", "ExplainResult", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture", "Pulses",
-    "ReadResult", "RequestError", "Robot", "Rules", "Simulation", "Transforms", "UnknownName", "Variant",
-    "Verification", "WriteResult", "WrittenVariants", "__version__", "arguments", "check", "check_deployed", "check_parameters",
-    "check_physics", "collisions", "compile", "deploy", "diff", "explain", "explain_rules", "extract_boxes",
-    "extract_factory", "extract_height_map", "frames", "graph", "import_robot", "init", "outputs", "package", "picture",
-    "pulses", "read", "schema", "simulate", "sweep", "transform", "verify", "view", "write", "write_sweep",
+    "Diagnostic", "Difference", "ExplainResult", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture",
+    "Pulses", "ReadResult", "RequestError", "Robot", "Rules", "Simulation", "Transforms", "UnknownName", "Variant",
+    "Verification", "WriteResult", "WrittenVariants", "__version__", "arguments", "check", "check_deployed",
+    "check_parameters", "check_physics", "collisions", "compile", "deploy", "diff", "explain", "explain_rules",
+    "extract_boxes", "extract_factory", "extract_height_map", "frames", "graph", "import_robot", "init", "outputs",
+    "package", "picture", "pulses", "read", "schema", "simulate", "sweep", "transform", "verify", "view", "write",
+    "write_sweep",
 ]
 # isort: on
 # fmt: on

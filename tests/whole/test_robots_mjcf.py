@@ -3,6 +3,7 @@
 ``.ci/full robots`` takes all of the packages of PyPI that MuJoCo loads; those of this repository are in every run.
 """
 
+import re
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -190,7 +191,9 @@ def judge(path: Path, capsys: Shown) -> None:
     if brought.codes == (1,) and any(words in brought.said for words, _ in REFUSED):
         return
     assert brought.codes == (0, 0), brought.said
-    assert "mesh-not-found" not in brought.said
+    assert not re.search(
+        r"(error|warning)\[mesh-not-found\]", brought.said
+    )  # a note: the source lacks a file that a mesh names
     ours = compiled(brought.artifact(".xml"))
     assert ours is not None, "MuJoCo does not load what is written"
     found = list(differences(source, ours))

@@ -28,6 +28,7 @@ REFUSED = {
     "torus_deform.urdf": 'error[no-links]: the robot "torus" has no links',
 }
 LENIENT = ("cube_no_rotation.urdf", "racecar/racecar_differential.urdf")
+MESH_REFUSED = ("table_square/table_square.urdf",)  # MuJoCo 4.0 refuses its mesh, but `all` writes the artifacts
 XACRO = ("husky/husky.urdf",)  # a xacro in spite of its name: engines do not read it
 
 
@@ -67,7 +68,8 @@ def test_robot_of_other_people(here: Path, name: str) -> None:
         there_and_back(here / name, "--verbatim")
         return
     source = (here / name).read_bytes()
-    judge(source, there_and_back(here / name, "--verbatim"), BOTH, states=10)
+    codes = (0, 1) if name in MESH_REFUSED else (0,)
+    judge(source, there_and_back(here / name, "--verbatim", codes=codes), BOTH, states=10)
 
 
 @pytest.mark.parametrize("name", sorted(REFUSED))

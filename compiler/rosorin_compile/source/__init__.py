@@ -1,1 +1,1 @@
-"""Read YAML as a tree with the position of every value, and define the diagnostics that all stages return."""
+"""Files, YAML trees with source positions, units, diagnostics and plug-ins: the lowest layer of the package."""

@@ -9,7 +9,8 @@ file that must not be replaced, and ``UnknownName`` for an unknown name. Argumen
 - ``arguments``: values by name for the arguments of the description or xacro: strings, as in ``-a NAME=TEXT``, or
   Python values in SI units.
 - ``packages``: folders of ROS packages by package name.
-- ``trust``: run Python code in a xacro without a warning. Otherwise, ``warn`` is called before the code is run.
+- ``trust``: run Python code in a xacro without a warning. Otherwise, the warning is passed to ``warn``, or is in
+  ``diagnostics``.
 - ``output``: the file or folder to write. ``force`` replaces a file that this tool did not write.
 """
 
@@ -136,7 +137,7 @@ def compile(  # noqa: A001 - like re.compile
 ) -> CompileResult:
     """Compile a description to artifacts in memory; ``write`` also writes them to files.
 
-    If ``diagnostics`` of the result has errors, ``robot`` is None.
+    If there are errors, ``diagnostics`` of the result lists them, and there are no artifacts.
 
     Args:
         outputs: Names of the outputs to generate. Default: all.
@@ -341,7 +342,7 @@ def explain(
 
     Args:
         names: Names of frames, links, etc. Names of numbers, such as ``z`` or ``mass``, restrict the result to these.
-        pose: The name of a pose of the description, for whose joint positions the frames are computed, too.
+        pose: The name of a pose of the description. Frames are also computed at its joint positions.
 
     Example:
         >>> import rosorin_compile

@@ -34,7 +34,7 @@ def positions(
 ) -> dict[str, Position]:
     """Return the requested joint positions in rad or m: those of ``pose``, then of ``pulses``, then of ``joints``.
 
-    The later ones override the earlier ones. Values of ``joints`` are numbers in rad or m, or strings such as "30deg".
+    Later ones override earlier ones. Values of ``joints`` are numbers in rad or m, or strings such as "30deg".
     Raises RequestError, and NoPulse for a pulse out of range.
     """
     found: dict[str, Position] = {**(robot.positions(pose) if pose else {})}
@@ -124,7 +124,7 @@ def _whole(text: str) -> int:
 
 
 def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False) -> list[Diagnostic]:
-    """Return a warning (an error if ``strict``) for each limit that a joint or mimic joint exceeds in a state."""
+    """Return a warning, or an error if ``strict`` is True, for each limit that a joint or mimic joint exceeds."""
     found: dict[tuple[str, str], Diagnostic] = {}
     help, severity = "the joint does not get there; with --strict this is an error", ERROR if strict else WARNING
     for state, joint in product(states, case.robot.joints):
@@ -168,8 +168,8 @@ class Pulses:
     """Servo pulses with the resulting joint positions, and the calibration of the servos.
 
     Each group in ``servos`` has one calibration: position = (pulse - zero_pulse) * rad_per_pulse, negated if
-    ``flipped``. For a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` are joints of the requested
-    pose that have no servo.
+    ``flipped``. For a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` are joints of the pose without
+    a servo.
     """
 
     servos: tuple[ServoGroup, ...] = ()

@@ -78,16 +78,15 @@ class Request:
 
     @property
     def is_foreign(self) -> bool:
-        """Whether the robot is a URDF, xacro, SDF, MJCF or ``robot_model`` JSON file instead of a description."""
         return is_foreign(self.description.path)
 
     @property
     def tell(self) -> Warn:
-        """The function to call with a warning before code is run: ``warn``, or one that does nothing if ``trust``."""
+        """The function to call with a warning before code is run: ``warn``, or a no-op if ``trust`` is True."""
         return (lambda _warning: None) if self.trust else self.warn
 
     def values(self) -> dict[str, Any]:
-        """Return all arguments by name, including argument files. Raises LoadError for an invalid argument file."""
+        """Return all arguments by name, including those in argument files. Raises LoadError for an invalid file."""
         return read_argument_files(self.argument_files, self.arguments) if self.argument_files else {**self.arguments}
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
@@ -170,14 +169,14 @@ class Request:
 def read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
-    """Return the options for reading a robot in another format, and the errors in ``arguments`` and ``packages``."""
+    """Return (options for reading a robot in another format, errors in the arguments and packages)."""
     found = of_api("", arguments, packages)
     texts, wrong = as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 
 def prove(compiled: CompileResult) -> CompileResult:
-    """Verify artifacts by reading them back. If one contradicts the robot, return errors and no artifacts."""
+    """Verify artifacts by reading them back. If an artifact contradicts the robot, return errors and no artifacts."""
     from rosorin_compile.compare.artifacts import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []

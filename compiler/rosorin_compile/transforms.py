@@ -21,8 +21,7 @@ from rosorin_compile.source.wording import phrase
 class FrameTransform:
     """The pose of the frame ``target`` in the frame ``source``, in metres and radians, at joint ``positions``.
 
-    ``rpy`` are angles about fixed axes; ``quaternion`` is (x, y, z, w) with the sign that tf2 prints; ``matrix`` is
-    4x4.
+    ``rpy`` are angles about fixed axes; ``quaternion`` is (x, y, z, w) with the sign of tf2; ``matrix`` is 4x4.
     """
 
     source: str

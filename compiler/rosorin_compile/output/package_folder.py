@@ -28,7 +28,7 @@ class PackageFolder:
         self._manifest = read_manifest(path)
 
     def digests(self) -> dict[str, list[str]]:
-        """Return the digests in the manifest by file; after a killed process, a file has an old and a new digest."""
+        """Return the digests in the manifest by file: two digests (old and new) if a process was killed during a write."""
         return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
 
     def check_name(self, name: str) -> None:
@@ -48,8 +48,8 @@ class PackageFolder:
     ) -> tuple[str, ...]:
         """Write ``files`` in their order, and then the manifest; return the changed files, sorted.
 
-        ``unlisted`` files are written first, and are not in the manifest. Raises OutputError if a file cannot be
-        written, and then leaves the folder unchanged.
+        ``unlisted`` files are written first, and are not in the manifest. If a file cannot be written, the folder is
+        left unchanged and OutputError is raised.
         """
         contents = {**(unlisted or {}), **files}
         for name in contents:
@@ -86,7 +86,7 @@ class PackageFolder:
 
 @contextmanager
 def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[PackageFolder]:
-    """Yield a ``PackageFolder``, and lock the folder in the ``with`` block unless ``dry_run``. Raises OutputError."""
+    """Yield a ``PackageFolder``, locked in the ``with`` block unless ``dry_run`` is True. Raises OutputError."""
     with ExitStack() as stack:
         try:
             path = folder.resolve()

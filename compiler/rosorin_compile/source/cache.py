@@ -52,7 +52,7 @@ def cache_folder(name: str) -> Path | None:
 
 
 def cache_refused() -> tuple[str, str] | None:
-    """Return (reason, fix) if ``cache_folder`` rejected an unsafe folder, or None; report each rejection only once."""
+    """Return (reason, fix) if ``cache_folder`` rejected an unsafe folder, or None; each rejection is returned once."""
     return _refused.pop() if _refused else None
 
 

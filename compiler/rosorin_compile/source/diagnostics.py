@@ -9,7 +9,7 @@ from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase
 __all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-TRUSTED = (("trusted", True),)  # value of ``numbers`` in a warning about trusted code, which is not printed
+TRUSTED = (("trusted", True),)  # ``numbers`` of a warning about code that the user trusts: it is not printed
 _COLOURS = {ERROR: "\033[31m", WARNING: "\033[33m", NOTE: "\033[34m"}
 _BOLD, _PLAIN = "\033[1m", "\033[0m"
 MAX_SHOWN = 160  # maximum number of characters of a source line to print
@@ -56,7 +56,7 @@ class Related:
 
 
 class Use(Related):
-    """A related position where YAML with a mistake is inserted: the entry of "use" that inserts a part, or a loop."""
+    """A related position that inserts the faulty YAML into the robot: an entry of "use" (for a part), or a loop."""
 
     __slots__ = ()
 
@@ -66,7 +66,7 @@ def _place(span: Span | None) -> str:
 
 
 class MadeSpan(Span):
-    """The position of a value that xacro or an argument generated; ``via`` has the macro calls, innermost first."""
+    """The source position of a generated value; ``via`` has the xacro macro calls that led to it, innermost first."""
 
     via: tuple[Related, ...] = ()
 
@@ -81,7 +81,7 @@ class Suggestion:
     instead: str = ""  # if no candidate is similar: the help, in place of the list of candidates
     details: str = ""  # added in parentheses after a suggested name; if no candidate is similar, like ``instead``
     none: str = ""  # the help if ``candidates`` is empty
-    places: Mapping[str, Span] = field(default_factory=dict)  # position of the definition by candidate
+    places: Mapping[str, Span] = field(default_factory=dict)  # where each candidate is defined
     others: Collection[str] = ()  # more valid names, suggested only if no name in ``candidates`` is similar
 
     def __call__(self) -> str:
@@ -160,7 +160,7 @@ class Diagnostic:
 
 
 def text(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
-    """Format diagnostics for a terminal, one after the other; ``colour`` adds ANSI colours."""
+    """Format diagnostics for a terminal; ``colour`` adds ANSI colours."""
     return "".join(diagnostic.as_text(colour) for diagnostic in diagnostics)
 
 

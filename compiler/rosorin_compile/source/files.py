@@ -45,7 +45,7 @@ def version(path: AnyPath | int) -> Version:
 
 
 def read_bytes(path: AnyPath, most: int = -1) -> bytes:
-    """Read a regular file, at most ``most`` bytes unless negative. Raises OSError, also for a pipe or device."""
+    """Read a regular file, at most ``most`` bytes (-1: all). Raises OSError, also for a pipe or device."""
     with open_binary(path) as opened:
         return opened.read(most)
 

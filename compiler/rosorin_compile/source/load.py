@@ -50,7 +50,7 @@ LoadError = SourceError
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
     """Read a file or standard input. Raises SourceError if it is unreadable or larger than ``most`` bytes.
 
-    The error calls the file ``shown``, and is reported at ``asked``, where another file refers to it, if not None.
+    ``shown`` is the path in messages. ``asked`` is the position in another file that refers to this file, or None.
     """
     data = stdin_of(path)
     try:
@@ -69,7 +69,7 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
 
 
 def decode(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
-    """Decode the bytes of the file that messages call ``shown``. Raises LoadError at the first invalid byte."""
+    """Decode the contents of a file; ``shown`` is its path in messages. Raises LoadError at the first invalid byte."""
     try:
         return Source(shown, data.decode(encoding).removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
@@ -80,7 +80,7 @@ def decode(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save t
 
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
-    """Read a YAML file that must contain a mapping; ``via`` is the include of the file, if any. Raises LoadError."""
+    """Read a YAML file that must contain a mapping; ``via`` is the include that loads it, or None. Raises LoadError."""
     source = read_utf8(path, shown, asked)
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
@@ -98,7 +98,7 @@ load_own = cache(load_mapping)  # for files of this package: the tree is cached,
 
 
 def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX_NODES) -> Any:
-    """Parse YAML to a ``Map``, ``Seq`` or scalar; ``via`` is the include of the file, if any. Raises LoadError."""
+    """Parse YAML to a ``Map``, ``Seq`` or scalar; ``via`` is the include that loads it, or None. Raises LoadError."""
     _check_text(source)
     try:
         return _Composer(source, via, max_nodes).document()
@@ -217,7 +217,7 @@ class _Composer:
         text, names = event.value.strip(), {name: getattr(math, name) for name in _FUNCTIONS}
         with suppress(Exception):
             if _CALCULATION.fullmatch(text):
-                text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - matches only arithmetic
+                text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - only arithmetic can match
         if (quantity := Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")) is None:
             help = "write a number after the tag, or remove the tag and write a unit"
             raise self.fail("yaml-tag", f'the tag {event.tag} needs a number, not "{event.value}"', event, help)
@@ -259,7 +259,7 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
 
 
 def python_of(text: str, expression: bool = False) -> "ast.Module | ast.Expression":
-    """Parse Python code (or an ``expression``). Raises SyntaxError, or ValueError if the code is nested too deep."""
+    """Parse Python statements, or an expression. Raises SyntaxError, or ValueError if the code is nested too deep."""
     import ast
 
     try:

@@ -13,7 +13,7 @@ from .wording import and_more, count_of, first_of, swaps
 MAX_WORDED = 200  # maximum number of suggestions to compute, because they are slow
 _PLACES = 6  # maximum number of related positions that merging adds to a diagnostic
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
-# Rules about a single value: if several entries share the value, for example by an alias, it is reported once.
+# Rules about a single value: if entries share the value, for example by an alias, report the problem only once.
 _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
 _OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
@@ -27,7 +27,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     causes: dict[object, list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-        if span is not None:  # entries that share a value have messages that differ only in names
+        if span is not None:  # ignore names: entries that share a faulty value have different names
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
         causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
@@ -35,7 +35,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Replace ``suggest`` by the help that it computes, in the first 200 diagnostics that have a suggestion."""
+    """Call ``suggest`` of the first 200 diagnostics that have it, and store the result as ``help``."""
     left = count(-MAX_WORDED)  # the first MAX_WORDED numbers are negative
     return [d.with_help() if d.suggest is None or next(left) < 0 else replace(d, suggest=None) for d in diagnostics]
 
@@ -47,7 +47,7 @@ def order(d: Diagnostic) -> tuple[object, ...]:
 
 
 def with_calls(diagnostic: Diagnostic) -> Diagnostic:
-    """Add the xacro macro calls that generated the value at the position of a diagnostic as related positions."""
+    """Add related positions to a diagnostic: the xacro macro calls that generated the faulty value."""
     via = diagnostic.span.via if isinstance(diagnostic.span, MadeSpan) else ()
     new = [call for call in via if call not in diagnostic.related]
     return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
@@ -74,7 +74,7 @@ def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
 
 
 def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
-    """Merge diagnostics with one of ``severities`` that differ only in names and numbers, and list all positions."""
+    """Merge diagnostics with a severity in ``severities`` that differ only in names and numbers; list all positions."""
     groups: dict[object, list[Diagnostic]] = {}
     for index, diagnostic in enumerate(diagnostics):
         is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule == "stand-in"
@@ -92,7 +92,7 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
 UNNAMED = "is defined here and may be the misspelt name"  # message at an unused, similarly named definition
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # not about names
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # no rules about names
 
 
 class Offer(NamedTuple):
@@ -116,7 +116,7 @@ def offer(diagnostic: Diagnostic) -> Offer | None:
 
 
 def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge errors about the same unknown name, or with the same unused definition that may be misspelt."""
+    """Merge errors about the same unknown name, or about names that resemble the same unused definition."""
     groups: list[list[Diagnostic]] = []
     known: dict[object, list[Diagnostic]] = {}
     for diagnostic in sorted(diagnostics, key=order):
@@ -146,7 +146,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
-    """Move an error to the related position that contains the unknown name; the old position becomes a related one."""
+    """Move an error to the related position that has the unknown name; its old position becomes a related position."""
     span, related = diagnostic.span, diagnostic.related
     if span is None or offered is None:
         return diagnostic

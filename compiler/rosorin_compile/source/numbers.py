@@ -29,7 +29,7 @@ def few_digits(value: float) -> str:
 
 
 def round_to_shortest(value: float, largest: float = 0.0) -> float:
-    """Round to as few decimals as possible within 1e-12 of the value, or of ``largest`` for an entry of a vector."""
+    """Round to the fewest decimals with an error below 1e-12, relative to the value or its vector's entry ``largest``."""
     bound = SHORT * max(abs(value), largest)
     if not 0.0 < bound < 1e300 * SHORT:  # zero, subnormal, huge or NaN: cannot be rounded
         return value + 0.0
@@ -74,13 +74,13 @@ def _without_zeros(text: str) -> str:
 
 
 def off_by_short(value: float, largest: float = 0.0) -> float:
-    """Return the maximum rounding error of a value that ``short`` printed; ``largest`` is the largest vector entry."""
+    """Return the maximum rounding error of a value from ``short``; ``largest`` is the largest entry of its vector."""
     is_short = float(f"{value:.13g}") == value
     return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the original may have been larger
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
-    """Return the maximum rounding error of a value that ``six`` or ``short`` printed; see ``off_by_short``."""
+    """Return the maximum rounding error of a value from ``six`` or ``short``; ``largest`` is as in ``off_by_short``."""
     digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
     return max(min(0.5e-6, digit), off_by_short(value, largest))
 
@@ -94,7 +94,7 @@ def number_format(options: Mapping[str, object]) -> NumberFormat:
 
 
 def numbers(values: Iterable[float], number: NumberFormat) -> str:
-    """Format numbers, separated by single spaces."""
+    """Format each number with the function ``number``, and join them with single spaces."""
     return " ".join(map(number, values))
 
 

@@ -40,7 +40,7 @@ class Packages:
     """Find the folders of ROS packages by name, and cache the results.
 
     ``given`` maps names to folders and takes precedence over search paths, such as ``AMENT_PREFIX_PATH``, in
-    ``environment``. Packages that contain the file ``source``, or are next to it, are found last.
+    ``environment``. Packages that contain the file ``source``, or are next to it, are searched last.
     """
 
     def __init__(self, given: Mapping[str, Path], environment: Mapping[str, str], source: Path) -> None:

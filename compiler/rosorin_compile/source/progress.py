@@ -22,7 +22,6 @@ class Progress:
 
     @classmethod
     def show(cls, stream: TextIO) -> None:
-        """Enable the progress line on ``stream``, which must be a terminal."""
         cls._stream, cls._topic = stream, ""
         cls.begin()
 
@@ -62,7 +61,7 @@ class Progress:
         columns = 80
         with suppress(OSError, ValueError, AttributeError):
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
-        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # may be two columns wide
+        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # non-ASCII may need two columns
             text = text[:-1]
         cls._write(f"\r{text}\x1b[K", True)
 

@@ -41,7 +41,7 @@ class Description:
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> "list[Description]":
-        """Find descriptions by name, folder or main file; without ``names``, all of the current project.
+        """Find descriptions by name, folder or main file, or all descriptions of the project if ``names`` is empty.
 
         ``outputs`` is the folder that contains one subfolder of artifacts per robot. Raises NoDescription.
         """
@@ -115,7 +115,7 @@ def descriptions_of(changed: Iterable[str]) -> list[Path]:
 
 
 def nearest_descriptions() -> list[Description]:
-    """Return the description that contains the current folder, else all of the project. Raises NoDescription."""
+    """Return the description that contains the current folder, or all in the project. Raises NoDescription."""
     for folder in _upwards():
         if all_in(folder):
             break
@@ -236,7 +236,7 @@ def python_folder(package: str) -> Path | None:
 
 
 _DATA = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
-_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # folder in a Git checkout by data package
+_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # data package: its folder in a Git checkout
 _CHECKOUT = Path(__file__).parents[3]
 
 

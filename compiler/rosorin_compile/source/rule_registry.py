@@ -93,7 +93,7 @@ def rule(
 ) -> Callable[[Look | Check], Check]:
     """Declare a rule that the decorated function checks; use several decorators for several rules.
 
-    The arguments are the attributes of ``Rule``. ``what`` defaults to the first paragraph of the function's docstring.
+    The arguments are the fields of ``Rule``. ``what`` defaults to the first paragraph of the function's docstring.
     """
 
     def decorate(function: Look | Check) -> Check:
@@ -118,7 +118,7 @@ OF_PLUGINS: dict[str, Rule] = {}
 
 @cache
 def of_stages() -> Mapping[str, Rule]:
-    """Return the rules in ``schemas/rules.json`` by id. They are not checked by a function with ``@rule``."""
+    """Return the rules in ``schemas/rules.json``, which no function with ``@rule`` declares, by id."""
     headings = json.loads((data_folder("schemas") / "rules.json").read_text("utf-8"))
     return {id: Rule(id, topic=topic, **texts) for topic, rules in headings.items() for id, texts in rules.items()}
 

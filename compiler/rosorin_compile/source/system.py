@@ -9,7 +9,7 @@ from contextlib import suppress
 AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
 AS_BYTES = getattr(os, "O_BINARY", 0)  # without this flag, Windows converts line ends
 HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
-HAS_FOLDER_HANDLES = AS_FOLDER != 0  # False on Windows, where open files cannot be renamed either
+HAS_FOLDER_HANDLES = AS_FOLDER != 0  # False on Windows, which cannot open folders or rename open files
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: dict[str, None] = {}

@@ -24,7 +24,7 @@ class Instance(NamedTuple):
     prefix: str = ""  # of names in the part, including the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
-        """Yield this and the enclosing includes, parts and loops, innermost first; of more than 12, omit the middle."""
+        """Yield the includes, parts and loops around a value, innermost first; of more than 12, omit the middle."""
         steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
@@ -46,7 +46,7 @@ def _including(via: Instance | None, span: Span) -> Instance | None:
 
 
 class Map(dict[str, "Any"]):
-    """A YAML mapping with the spans of its keys and values; ``via`` is what inserted it, None in the main file."""
+    """A YAML mapping with the spans of its keys and values; ``via`` is the ``Instance`` that inserted it, or None."""
 
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
@@ -68,7 +68,7 @@ class Map(dict[str, "Any"]):
             self.put(key, value, span, span)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
-        """Return the position of the value (or ``key``) at a path, or at the longest prefix of the path that exists."""
+        """Return the position of the value at a path (or of its key), or of the nearest parent if there is no value."""
         node: Any = self
         span, via = self.span, self.via
         for depth, step in enumerate(path):
@@ -80,7 +80,6 @@ class Map(dict[str, "Any"]):
         return Place(span, via)
 
     def expression_keys(self) -> list[str]:
-        """Return the keys whose values contain an expression, such as "${2 * r}"."""
         return [key for key, value in self.items() if "${" in str(value)]
 
     def copy(self) -> Map:
@@ -104,7 +103,7 @@ class Map(dict[str, "Any"]):
 
 
 class Seq(list["Any"]):
-    """A YAML sequence with the spans of its items; ``via`` is what inserted it, None in the main file."""
+    """A YAML sequence with the spans of its items; ``via`` is the ``Instance`` that inserted it, or None."""
 
     __slots__ = ("span", "value_spans", "via")
 
@@ -151,7 +150,7 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return ``own``, the instance of a value, or ``outer`` of its parent if several instances share the value."""
+    """Return the ``Instance`` of a value: ``own``, or ``outer`` of the parent if several instances share the value."""
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 
@@ -166,11 +165,11 @@ def maker(tree: Map, path: Path) -> Instance | None:
     """Return the include, part or loop whose variables the expression at a path can use, or None in the main file."""
     own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
-    return own if near is not None and _is_within(near, own) else near  # the same part may be used twice
+    return own if near is not None and _is_within(near, own) else near  # two entries of "use" may share it
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return the prefix of names in the part that contains a value, or in the enclosing part if ``outside``."""
+    """Return the prefix of names in the part that contains a value or, if ``outside`` is True, in the enclosing part."""
     via, prefixes = tree.locate(path).via, []
     while via is not None:
         prefixes += [via.prefix] if via.prefix else []

@@ -108,7 +108,7 @@ def found_in(text: str) -> list[FlatElement]:
 
 
 def kept_text(element: Element, text: str = "") -> Text:
-    """Return the source text of an element, or ``text`` instead, with the namespace declarations of its parents."""
+    """Return the source text of an element, or ``text`` instead, plus the namespace declarations that it needs."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -147,7 +147,7 @@ def attribute_value(text: str) -> str:
 
 
 def escape_for(before: str, value: str) -> str:
-    """Escape a value for insertion into XML after the text ``before``; complete elements are inserted unchanged."""
+    """Escape a value for insertion into XML after the text ``before``; complete elements are not escaped."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
@@ -170,7 +170,7 @@ def number_of(text: str) -> float:
 
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Parse numbers separated by white space. Raises ValueError if one is invalid, or if ``count`` is not met."""
+    """Parse white-space separated numbers. Raises ValueError for other text, or if there are not ``count`` numbers."""
     found = tuple(map(number_of, text.split()))
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')

@@ -60,7 +60,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
 
 
 def without_late_declaration(source: Source) -> Source:
-    """Replace an XML declaration after spaces or comments, which only tinyxml2 accepts, by spaces."""
+    """Blank out an XML declaration that follows spaces or comments, where only tinyxml2 accepts it."""
     match, text = _DECLARATION.match(source.text), source.text
     if match is None or match.start(1) == 0:
         return source
@@ -191,7 +191,7 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
-        self.origin: Callable[[int, int], Span] | None = None  # for generated XML: the origin of (offset, length)
+        self.origin: Callable[[int, int], Span] | None = None  # for generated XML: finds the source of (offset, length)
         self.whole: Span | None = None  # if set, the span of every element, for artifacts without positions
 
     def span(self, start: int, length: int = 1) -> Span:
@@ -217,7 +217,7 @@ class Document:
 
 
 def name_of(element: Element) -> str:
-    """Describe an element in a message, such as <link name="arm">, or <mass> of <link name="arm"> without a name."""
+    """Format an element for a message: <link name="arm">, or <mass> of <link name="arm"> if it has no name."""
     if name := element.get("name"):
         return f'<{element.tag} name="{name}">'
     above = next((outer for outer in element.ancestors() if outer.get("name")), None)
@@ -313,7 +313,7 @@ class _Reader:
         position = start
         for name, value in zip(pairs[::2], pairs[1::2], strict=True):
             made.attributes[name] = attribute = Attribute(made, name, value)
-            if ">" in value:  # the value may contain ">": look for the end of the tag after it
+            if ">" in value:  # the tag ends after this value, not at the ">" in it
                 position = attribute.start + len(attribute.raw)
         made.opened = self.text.index(">", position) + 1
         if self.open:

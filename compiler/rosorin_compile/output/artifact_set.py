@@ -207,7 +207,7 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
 
 
 def remember(path: Path) -> None:
-    """Record in the user's cache that this tool wrote a file, if the file cannot contain the mark. Ignore errors."""
+    """Record in the user's cache that this tool wrote a file without the mark of generated files. Ignore errors."""
     with suppress(OSError):
         if (record := _record(path)) and not record.exists():
             record.touch()

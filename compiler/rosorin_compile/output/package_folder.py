@@ -28,7 +28,7 @@ class PackageFolder:
         self._manifest = read_manifest(path)
 
     def digests(self) -> dict[str, list[str]]:
-        """Return the digests in the manifest by file: two digests (old and new) if a process was killed during a write."""
+        """Return the digests in the manifest by file; an old and a new digest if a process was killed while writing."""
         return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
 
     def check_name(self, name: str) -> None:

@@ -92,7 +92,8 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
 UNNAMED = "is defined here and may be the misspelt name"  # message at an unused, similarly named definition
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # no rules about names
+# Rules that suggest a key, value, type or unit instead of a name that the user defined.
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
 
 
 class Offer(NamedTuple):

@@ -29,7 +29,7 @@ def few_digits(value: float) -> str:
 
 
 def round_to_shortest(value: float, largest: float = 0.0) -> float:
-    """Round to the fewest decimals with an error below 1e-12, relative to the value or its vector's entry ``largest``."""
+    """Round to the fewest decimals with an error below 1e-12, relative to the value or the vector entry ``largest``."""
     bound = SHORT * max(abs(value), largest)
     if not 0.0 < bound < 1e300 * SHORT:  # zero, subnormal, huge or NaN: cannot be rounded
         return value + 0.0

@@ -169,7 +169,7 @@ def maker(tree: Map, path: Path) -> Instance | None:
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return the prefix of names in the part that contains a value or, if ``outside`` is True, in the enclosing part."""
+    """Return the prefix of names in the part that contains a value, or in the enclosing part if ``outside`` is True."""
     via, prefixes = tree.locate(path).via, []
     while via is not None:
         prefixes += [via.prefix] if via.prefix else []
@@ -211,7 +211,7 @@ def value_at(tree: Map, path: Path) -> Any:
 
 
 def follow(tree: Map, path: Path) -> int:
-    """Return the number of steps of a path that exist in the tree, from the root on."""
+    """Return how many steps of a path, from the root on, exist in the tree."""
     return next((depth for depth, step in enumerate(path) if not has(value_at(tree, path[:depth]), step)), len(path))
 
 

@@ -86,7 +86,7 @@ class Quantity(float):
 
 
 def dimension_of(value: float) -> Dimension | None:
-    """Return the dimension of a quantity, or None for a number that is no ``Quantity``."""
+    """Return the dimension of a quantity, or None for a plain number."""
     return value.dimension if isinstance(value, Quantity) else None
 
 

@@ -63,7 +63,7 @@ class CheckResult:
 
     @property
     def same(self) -> bool:
-        """Whether there are no errors, and all committed artifacts are up to date."""
+        """Whether the robot has no errors, and all committed artifacts are up to date."""
         return not self.differing and not has_errors(self.diagnostics)
 
     def __str__(self) -> str:
@@ -72,7 +72,7 @@ class CheckResult:
 
 @dataclass(frozen=True)
 class WriteResult:
-    """The result of writing the artifacts of a robot to ``folder``, as file names.
+    """The names of the files in ``folder`` after writing the artifacts of a robot.
 
     ``kept`` are files that are not artifacts and were not touched; ``removed`` are files that ``prune`` deleted. If
     ``diagnostics`` has errors, nothing was written.
@@ -137,7 +137,7 @@ def compile(  # noqa: A001 - like re.compile
 ) -> CompileResult:
     """Compile a description to artifacts in memory; ``write`` also writes them to files.
 
-    If there are errors, ``diagnostics`` of the result lists them, and there are no artifacts.
+    If there are errors, ``diagnostics`` of the result lists them, and ``artifacts`` is empty.
 
     Args:
         outputs: Names of the outputs to generate. Default: all.
@@ -272,7 +272,7 @@ def diff(
     ``a`` and ``b`` are None. ``str(result)`` is the text that ``rosorin-compile diff`` prints.
 
     Args:
-        tolerance: Ignore differences up to this number of metres or radians, or, for other numbers, relative to them.
+        tolerance: The largest difference to ignore: in metres, in radians, or relative to any other number.
         prefix: The prefix of all names in ``b``, or "" for none. Default: detect it.
         arguments: Arguments of both robots.
         a_arguments: Arguments of ``a`` only; ``b_arguments`` are those of ``b`` only.

@@ -36,7 +36,7 @@ class FrameTransform:
 
 @dataclass(frozen=True)
 class Transforms:
-    """The pose of one frame relative to another, for each state of the joints.
+    """The pose of one frame relative to another, for each combination of joint positions.
 
     ``swept`` maps each joint with a sweep to its unit (rad or m). If ``diagnostics`` has errors, ``transforms`` is
     empty; ``robot`` is None if the errors are in its files.

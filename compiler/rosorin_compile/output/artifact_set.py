@@ -178,7 +178,7 @@ def _update(
 
 
 def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
-    """Map the path of each file and folder to True for a folder. Raises OutputError if it is no output folder."""
+    """Map the path of each file and folder to True for a folder. Raises OutputError for too many other files."""
     with suppress(OSError), lock(folder, tidy=True):
         pass  # locking with ``tidy`` removes leftovers of killed processes
     present, foreign, device = {}, 0, folder.stat().st_dev

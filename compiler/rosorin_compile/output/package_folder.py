@@ -108,7 +108,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:
-    """Return the digest of each file (a list after a killed process), or {} if there is no valid manifest."""
+    """Return the digest, or after a killed process a list of digests, of each file; {} without a valid manifest."""
     try:
         values = json_of((folder / MANIFEST).read_bytes())
     except (OSError, ValueError):

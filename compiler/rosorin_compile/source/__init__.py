@@ -1,1 +1,1 @@
-"""Files, YAML trees with source positions, units, diagnostics and plug-ins: the lowest layer of the package."""
+"""The lowest layer of the package: files, YAML trees with source positions, units, diagnostics and plug-ins."""

@@ -33,7 +33,7 @@ def cache_folder(name: str) -> Path | None:
     """Create and return a subfolder of the user's cache folder, or None if the cache is disabled or unsafe to use."""
     chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not base.is_absolute():  # the XDG specification tells programs to ignore a relative XDG_CACHE_HOME
+    if not base.is_absolute():  # according to the XDG specification, a relative XDG_CACHE_HOME is invalid
         # If HOME is empty, expanduser() would return "/.cache".
         base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
     top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"

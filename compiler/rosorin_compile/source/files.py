@@ -35,7 +35,7 @@ def record(path: AnyPath, version: Version) -> None:
 
 
 def version(path: AnyPath | int) -> Version:
-    """Return the version of a path or file descriptor, or () if it does not exist or is inaccessible."""
+    """Return (inode, size, times) of a path or file descriptor, or () if it does not exist or is inaccessible."""
     try:
         status = os.fstat(path) if isinstance(path, int) else Path(path).stat()
     except (OSError, ValueError):

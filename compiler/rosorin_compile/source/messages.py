@@ -35,7 +35,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Call ``suggest`` of the first 200 diagnostics that have it, and store the result as ``help``."""
+    """Call ``suggest`` of the first 200 diagnostics that have this function, and store the result as ``help``."""
     left = count(-MAX_WORDED)  # the first MAX_WORDED numbers are negative
     return [d.with_help() if d.suggest is None or next(left) < 0 else replace(d, suggest=None) for d in diagnostics]
 
@@ -67,7 +67,7 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
-    """Return related positions "and here" for the first six spans, and "and in 3 more places" for the rest."""
+    """Return a related position with the message "and here" for each of six spans, and a count of the others."""
     left = len(spans) - _PLACES
     more = [Related(f"and in {count_of(left, 'more place')}", None)] if left > 0 else []
     return (*(Related("and here", span) for span in spans[:_PLACES]), *more)

@@ -17,7 +17,7 @@ _SKIPPED = {"build", "install", "log", "node_modules", "__pycache__"}
 
 
 def package_name(folder: Path) -> str:
-    """Return the package name in ``package.xml`` of a folder, or an empty string if there is no ``package.xml``."""
+    """Return the package name in ``package.xml`` of a folder, or an empty string if the folder is not a package."""
     path = folder / PACKAGE_XML
     if not files.is_file(path):
         return ""

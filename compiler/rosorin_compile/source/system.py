@@ -41,7 +41,7 @@ def take_missing() -> list[str]:
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
-    """Lock an open file until it is closed. Raises OSError: BlockingIOError if it is locked and ``wait`` is False."""
+    """Lock an open file until it is closed. Raises BlockingIOError if ``wait`` is False and the file is locked."""
     try:
         import fcntl
     except ImportError:
@@ -50,7 +50,7 @@ def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
 
 
 def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
-    """Create a hard link (to a symlink itself, not its target). Raises OSError: ENOTSUP if it is not supported."""
+    """Create a hard link, even to a symlink. Raises OSError, with ENOTSUP if the system has no hard links."""
     try:
         os.link(source, target, follow_symlinks=False)
     except (AttributeError, NotImplementedError):

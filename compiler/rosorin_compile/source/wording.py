@@ -110,7 +110,7 @@ def in_words(letter: str) -> str:
 
 
 def look(name: str, case: bool = True) -> str:
-    """Return a key that is equal for names that look the same; if ``case``, upper and lower case do not matter."""
+    """Return a key that is equal for names that look the same; ``case`` also ignores upper and lower case."""
     if not name.isascii():
         from unicodedata import normalize
 

@@ -20,7 +20,7 @@ _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a multi-line text", "|": "a multi-line text"}
-# (text in libyaml's message, message to report, help, True to report it where libyaml says that the context begins).
+# (text in libyaml's message, message to report, help, True to report it at the start of the context).
 # {letter} is the character at which libyaml stopped.
 _REPORTS = (
     ("cannot start any token", 'text without quotes cannot begin with "{letter}"', _QUOTE, False),

@@ -72,7 +72,7 @@ class Request:
             try:
                 description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
-                if description.path.suffix.lower() in ("", *ENDINGS):  # the reader of another format reports it
+                if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise, the reader reports the error
                     problems = [error("file-unreadable", str(problem), None)]
         return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
 

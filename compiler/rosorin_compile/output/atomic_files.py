@@ -200,8 +200,9 @@ def replace_folder(
 ) -> None:
     """Replace or create a folder atomically. Raises OutputError or OSError, and then leaves the old folder unchanged.
 
-    The new folder has the files ``fresh`` and the old entries that are keys of ``carried`` (True: a folder). If the
-    system cannot swap folders, the files ``fresh`` are moved and the entries ``gone`` are removed one by one.
+    The new folder contains the files ``fresh``, and the entries of the old folder in ``carried``, which maps paths to
+    True for folders. If the system cannot swap folders, move the files ``fresh`` and remove the entries ``gone`` one by
+    one.
     """
     exists = folder.is_dir()
     if exists and Path(os.path.realpath(".")).is_relative_to(folder.resolve()):

@@ -89,7 +89,7 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
     return result
 
 
-UNNAMED = "is defined here and may be the misspelt name"  # message at an unused, similarly named definition
+UNNAMED = "is defined here and may be the misspelt name"  # message at an unused definition with a similar name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
 # Rules that suggest a key, value, type or unit instead of a name that the user defined.
@@ -127,7 +127,8 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
             keys = [offered.name, tuple(sorted(offered)), *((home.source.path, *home[1:3]) for home in homes if home)]
             steps = [*zip(offered.name.split("."), offered.meant.split("."), strict=False)]
             differing = [step for step in steps if step[0] != step[1]]
-            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # a.b and a.c differ in (b, c)
+            # Report "arm.x" instead of "leg.x", and "arm.y" instead of "leg.y", as one mistake.
+            keys += differing if len(steps) > 1 and len(differing) == 1 else []
         same = next((known[key] for key in keys if key in known), None)
         if same is None:
             groups.append(same := [])

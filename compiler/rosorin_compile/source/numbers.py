@@ -45,7 +45,7 @@ def round_to_shortest(value: float, largest: float = 0.0) -> float:
 def short(value: float) -> str:
     """Format a float as the shortest text within a relative error of 1e-12; an integer has no decimal point."""
     text = exact(value)
-    return text if len(text) <= 12 else exact(round_to_shortest(value))  # rounding does not shorten 12 characters
+    return text if len(text) <= 12 else exact(round_to_shortest(value))  # 12 characters or fewer need no rounding
 
 
 @lru_cache(maxsize=20_000)
@@ -76,7 +76,7 @@ def _without_zeros(text: str) -> str:
 def off_by_short(value: float, largest: float = 0.0) -> float:
     """Return the maximum rounding error of a value from ``short``; ``largest`` is the largest entry of its vector."""
     is_short = float(f"{value:.13g}") == value
-    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the original may have been larger
+    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the original value may be larger
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:

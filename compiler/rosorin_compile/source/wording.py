@@ -71,8 +71,8 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"{otherwise} ({known})" if known and otherwise else known or otherwise
 
 
-# Pairs of a Cyrillic, Greek or Armenian letter or a dash, and the ASCII character that it looks like: the characters in
-# Unicode's list of confusables (https://www.unicode.org/reports/tr39/) that can be typed on a keyboard.
+# Alternating: a Cyrillic, Greek or Armenian letter or a dash, and the ASCII character that it looks like, according to
+# Unicode's list of confusables (https://www.unicode.org/reports/tr39/).
 _ALIKE = (
     "аaсcеeоoрpхxуyіiјjѕsԁdһhԛqԝwѵvӏlАAВBЕEІIЈJКKМMНHОOРPСCТTУYХXЅSԌGҮY"
     "οoνvρpιiκkυuχxΑAΒBΕEΖZΗHΙIΚKΜMΝNΟOΡPΤTΥYΧXϲcϳj"

@@ -41,7 +41,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # UTF-8, UTF-16 or UTF-32
+    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # detects UTF-16 and UTF-32
     beginning = Source(name, data[:10_000].decode("ascii", "replace"))
     declaration = _DECLARATION.match(beginning.text) if encoding == "utf-8" else None
     if declaration and (declared := _DECLARED.search(beginning.text, declaration.start(1), declaration.end())):

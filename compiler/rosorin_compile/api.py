@@ -89,7 +89,7 @@ class WriteResult:
 
 @dataclass(frozen=True)
 class ExplainResult:
-    """The explained frames, links, joints, etc., with the YAML line of each number; empty if there are errors."""
+    """The explanations of the requested names, with the YAML line of each number; empty if there are errors."""
 
     answers: "tuple[Explanation | Answer | NamedValue, ...]" = ()
     diagnostics: tuple[Diagnostic, ...] = ()

@@ -70,7 +70,7 @@ def may_replace(path: Path) -> bool:
 
 
 def kept_name(path: Path, data: bytes | None = None) -> Path:
-    """Return an unused path such as NAME.kept, or such a path whose file already contains ``data``."""
+    """Return NAME.kept, or NAME.kept-2 etc.: the first path that is unused or already contains ``data``."""
     found, number = path.with_name(f"{path.name}.kept"), 1
     while os.path.lexists(found) and (data is None or not found.is_file() or found.read_bytes() != data):
         number += 1

@@ -28,7 +28,7 @@ class PackageFolder:
         self._manifest = read_manifest(path)
 
     def digests(self) -> dict[str, list[str]]:
-        """Return the digests in the manifest by file; an old and a new digest if a process was killed while writing."""
+        """Return the digests of each file: one, or the old and the new one if a process was killed while writing."""
         return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
 
     def check_name(self, name: str) -> None:
@@ -108,7 +108,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:
-    """Return the digest, or after a killed process a list of digests, of each file; {} without a valid manifest."""
+    """Return {file: digest}, with [old digest, new digest] after a killed process; {} without a valid manifest."""
     try:
         values = json_of((folder / MANIFEST).read_bytes())
     except (OSError, ValueError):

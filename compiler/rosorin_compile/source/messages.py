@@ -67,7 +67,7 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
-    """Return a related position with the message "and here" for each of six spans, and a count of the others."""
+    """Return "and here" at each of the first six spans, and "and in 3 more places" if there are nine spans."""
     left = len(spans) - _PLACES
     more = [Related(f"and in {count_of(left, 'more place')}", None)] if left > 0 else []
     return (*(Related("and here", span) for span in spans[:_PLACES]), *more)

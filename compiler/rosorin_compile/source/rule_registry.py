@@ -49,7 +49,7 @@ class Rule:
     topic: str = ""  # heading in docs/rules.md
     accept: str = ""  # what an "accept" entry must name to suppress the rule: "link", "joint", "link or joint"
     imported: str = ""  # when imported descriptions suppress the rule: "always", or "lenient" (with --lenient)
-    asked: str = ""  # the rule is checked only on request of "meshes", "physics" or "simulation"
+    asked: str = ""  # "meshes", "physics" or "simulation": the rule is checked only if this is requested
 
     @property
     def mild(self) -> bool:

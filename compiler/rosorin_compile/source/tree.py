@@ -21,7 +21,7 @@ class Instance(NamedTuple):
     span: Span
     parent: Instance | None = None
     made: bool = False  # True for a part or a loop, False for an include
-    prefix: str = ""  # of names in the part, including the prefixes of enclosing parts
+    prefix: str = ""  # the prefix of names in the part, including the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
         """Yield the includes, parts and loops around a value, innermost first; of more than 12, omit the middle."""
@@ -165,7 +165,7 @@ def maker(tree: Map, path: Path) -> Instance | None:
     """Return the include, part or loop whose variables the expression at a path can use, or None in the main file."""
     own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
-    return own if near is not None and _is_within(near, own) else near  # two entries of "use" may share it
+    return own if near is not None and _is_within(near, own) else near  # parts may share a value
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:

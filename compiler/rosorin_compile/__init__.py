@@ -1,12 +1,12 @@
-"""rosorin-compile: compile one YAML description of a robot to the files that other programs read.
+"""Compile a YAML description of a robot to URDF, MJCF, SDF, ROS parameters and other files.
 
 The names in ``__all__`` are the Python API (docs/python.md). ``rosorin_compile.model`` and ``rosorin_compile.extend``
-(for plug-ins, docs/extend.md) are public, too. Names are imported on first use, so that importing the package is fast.
+(for plug-ins, docs/extend.md) are also public. Names are imported on first use, so that importing the package is fast.
 """
 
 from rosorin_compile.source.version import __version__
 
-TYPE_CHECKING = False  # do not import typing: it takes milliseconds, in which a Ctrl-C prints a traceback
+TYPE_CHECKING = False  # importing typing takes milliseconds, during which Ctrl-C prints a traceback
 
 # fmt: off
 # isort: off

@@ -1,15 +1,16 @@
 """The Python API: functions that return a frozen dataclass and never print.
 
-Larger features define such functions in separate modules; the package exports all of them.
-Errors in the files of a robot are in the ``diagnostics`` of the result. An invalid argument, a missing package or a
-file that must not be replaced raises ``RequestError``; an unknown name raises ``UnknownName``. Arguments of many
-functions:
+Functions of larger features are in other modules; ``rosorin_compile`` exports all of them. Errors in the files of a
+robot are in ``diagnostics`` of the result. ``RequestError`` is raised for an invalid argument, a missing package, or a
+file that must not be replaced, and ``UnknownName`` for an unknown name. Arguments of many functions:
 
-- ``robot``: a description: the path of its main file or folder, or its name in ``descriptions/``. Functions that do not
-  compile also accept a robot in another format. The command line passes a ``Request``.
-- ``arguments``: arguments of the description or xacro by name, as strings (``-a NAME=TEXT``) or values in SI units.
+- ``robot``: the path of the main file or folder of a description, or its name in ``descriptions/``. Functions that do
+  not compile also accept a file in another format, such as URDF. The command line passes a ``Request``.
+- ``arguments``: values by name for the arguments of the description or xacro: strings, as in ``-a NAME=TEXT``, or
+  Python values in SI units.
 - ``packages``: folders of ROS packages by package name.
-- ``trust``: run the Python code of a xacro without a warning. Otherwise ``warn`` is called before the code is run.
+- ``trust``: run Python code in a xacro without a warning. Otherwise, the warning is passed to ``warn``, or is in
+  ``diagnostics``.
 - ``output``: the file or folder to write. ``force`` replaces a file that this tool did not write.
 """
 
@@ -47,10 +48,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """The result of comparing the committed artifacts of a robot with its description.
+    """The result of comparing the committed artifacts of a robot with newly compiled artifacts.
 
-    ``differing`` are the files that are missing, changed or no longer artifacts; ``lines`` describe the differences
-    as ``rosorin-compile check`` prints them. Both are empty if ``compiled`` has errors.
+    ``differing`` are files that are missing, changed, or no longer artifacts; ``lines`` describe the differences as
+    ``rosorin-compile check`` prints them. Both are empty if ``compiled`` has errors.
     """
 
     compiled: CompileResult
@@ -62,17 +63,16 @@ class CheckResult:
 
     @property
     def same(self) -> bool:
-        """Whether the robot has no errors, all files are as committed, and no engine rejects an artifact."""
+        """Whether the robot has no errors, and all committed artifacts are up to date."""
         return not self.differing and not has_errors(self.diagnostics)
 
     def __str__(self) -> str:
-        """Return the differences as lines."""
         return "\n".join(self.lines)
 
 
 @dataclass(frozen=True)
 class WriteResult:
-    """The names of the files in ``folder`` after the artifacts of a robot were written.
+    """The names of the files in ``folder`` after writing the artifacts of a robot.
 
     ``kept`` are files that are not artifacts and were not touched; ``removed`` are files that ``prune`` deleted. If
     ``diagnostics`` has errors, nothing was written.
@@ -89,13 +89,12 @@ class WriteResult:
 
 @dataclass(frozen=True)
 class ExplainResult:
-    """The poses of frames, links, joints, etc., with the YAML line of each number; empty after errors."""
+    """The explanations of the requested names, with the YAML line of each number; empty if there are errors."""
 
     answers: "tuple[Explanation | Answer | NamedValue, ...]" = ()
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __str__(self) -> str:
-        """Return the lines that ``rosorin-compile explain`` prints."""
         from rosorin_compile.language.explain import lines
 
         return "\n".join(line for answer in self.answers for line in lines(answer))
@@ -112,7 +111,7 @@ class Arguments:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The outputs that a robot lists, or None if there are errors."""
+    """The outputs of a robot; ``outputs`` is None if ``diagnostics`` has errors."""
 
     robot: str
     outputs: tuple[Output, ...] | None = None
@@ -121,13 +120,13 @@ class Outputs:
 
 @dataclass(frozen=True)
 class Rules:
-    """The explanations of rules, and the errors of plug-ins that declare rules."""
+    """The documentation of rules; ``diagnostics`` has the errors of plug-ins that cannot be loaded."""
 
     rules: tuple[Rule, ...]
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def compile(  # noqa: A001 - re.compile has this name, too
+def compile(  # noqa: A001 - like re.compile
     robot: FilePath | Request,
     arguments: Values = None,
     packages: Packages = None,
@@ -136,9 +135,9 @@ def compile(  # noqa: A001 - re.compile has this name, too
     meshes: bool = False,
     trust: bool = False,
 ) -> CompileResult:
-    """Compile a description to its artifacts, without writing them.
+    """Compile a description to artifacts in memory; ``write`` also writes them to files.
 
-    After errors, ``robot`` of the result is None, and ``diagnostics`` has the errors.
+    If there are errors, ``diagnostics`` of the result lists them, and ``artifacts`` is empty.
 
     Args:
         outputs: Names of the outputs to generate. Default: all.
@@ -165,7 +164,7 @@ def read(
     """Read a robot in any supported format: URDF, xacro, SDF, MJCF, ``robot_model`` JSON, or a description.
 
     Args:
-        lenient: Accept violations of the specification of a format where possible.
+        lenient: Where possible, accept files that violate the specification of their format.
 
     Example:
         >>> import rosorin_compile
@@ -182,7 +181,7 @@ def check(
     outputs: FilePath | None = None,
     trust: bool = False,
 ) -> CheckResult:
-    """Compile a description and compare the result with its committed artifacts.
+    """Compile a description, and compare the result with the committed artifacts.
 
     Args:
         outputs: The folder that contains one subfolder per robot. Default: the outputs folder of the project.
@@ -217,7 +216,7 @@ def write(
     only: Sequence[str] = (),
     trust: bool = False,
 ) -> WriteResult:
-    """Compile a description and write its artifacts, all of them or none.
+    """Compile a description and write its artifacts. If there are errors, nothing is written.
 
     Args:
         outputs: As in ``check``.
@@ -267,17 +266,17 @@ def diff(
     brief: bool = False,
     trust: bool = False,
 ) -> Difference:
-    """Compare two robots by meaning: descriptions, files in any supported format, or ``Robot`` objects.
+    """Compare the meaning of two robots: descriptions, files in any supported format, or ``Robot`` objects.
 
-    A ``Robot`` object counts as a description, which can express every value. After errors, ``a`` and ``b`` of the
-    result are None, and ``diagnostics`` has the errors. ``str(result)`` is what ``rosorin-compile diff`` prints.
+    Values that the format of a robot cannot express are not compared. If ``diagnostics`` of the result has errors,
+    ``a`` and ``b`` are None. ``str(result)`` is the text that ``rosorin-compile diff`` prints.
 
     Args:
-        tolerance: The largest difference to ignore, in metres, radians or relative to the number.
+        tolerance: The largest difference to ignore: in metres, in radians, or relative to any other number.
         prefix: The prefix of all names in ``b``, or "" for none. Default: detect it.
         arguments: Arguments of both robots.
-        a_arguments: Arguments of ``a`` only. ``b_arguments`` are arguments of ``b`` only.
-        brief: Shorten the lists of values that are not compared.
+        a_arguments: Arguments of ``a`` only; ``b_arguments`` are those of ``b`` only.
+        brief: Shorten ``not_compared``, the list of values that were not compared.
 
     Example:
         >>> import rosorin_compile
@@ -315,7 +314,6 @@ def diff(
 def _load_side(
     robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
 ) -> tuple[Side | None, ImportedRobot | None, list[Diagnostic]]:
-    """Load a robot to compare. Return (side or None after errors, imported file or None, diagnostics)."""
     if isinstance(robot, Robot):
         return Side(robot.name, YAML, robot), None, []
     requests = [Request.from_arguments(robot, values, packages, trust=trust) for values in (shared, own)]
@@ -340,11 +338,11 @@ def _load_side(
 def explain(
     robot: FilePath | Request, names: Sequence[str], arguments: Values = None, packages: Packages = None, pose: str = ""
 ) -> ExplainResult:
-    """Return the poses of frames, links, joints, sensors or parts, and the YAML line that defines each number.
+    """Explain frames, links, joints, sensors or parts: return their numbers and the YAML line that defines each.
 
     Args:
-        names: Names of frames, links, etc.; names of numbers, such as ``z`` or ``mass``, select the numbers to explain.
-        pose: A named pose. The poses of frames are also computed for its joint positions.
+        names: Names of frames, links, etc. Names of numbers, such as ``z`` or ``mass``, restrict the result to these.
+        pose: The name of a pose of the description. Frames are also computed at its joint positions.
 
     Example:
         >>> import rosorin_compile
@@ -364,7 +362,7 @@ def explain(
 
 
 def arguments(robot: FilePath | Request, arguments: Values = None, packages: Packages = None) -> Arguments:
-    """List the arguments that a description declares, with the values that ``arguments`` sets.
+    """List the arguments that a description declares; ``arguments`` sets their current values.
 
     Example:
         >>> import rosorin_compile
@@ -397,7 +395,7 @@ def outputs(robot: FilePath | Request, arguments: Values = None, packages: Packa
 
 
 def explain_rules(ids: Sequence[str] = ()) -> Rules:
-    """Return the rules with these ids, including rules of plug-ins; without ``ids``, all rules, sorted by id.
+    """Return the documentation of the rules ``ids``, or of all rules including plug-ins, sorted by id.
 
     Example:
         >>> import rosorin_compile
@@ -413,10 +411,10 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
 
 
 def schema(name: str = "authoring", macros: bool = False) -> dict[str, Any]:
-    """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default the schema for editors.
+    """Return the JSON Schema with this name (see ``rosorin-compile schema --list``). Default: the schema for editors.
 
     Args:
-        macros: Add the names and parameters of the macros in xacro files that robots of this project include.
+        macros: Add the names and parameters of macros in the xacro files that the descriptions of this project include.
 
     Example:
         >>> import rosorin_compile
@@ -444,7 +442,7 @@ def collisions(
     force: bool = False,
     trust: bool = False,
 ) -> "CollisionMatrix":
-    """Compute the pairs of links that MoveIt need not check for collisions, with distances (m), and write a file.
+    """Compute which pairs of links MoveIt need not check for collisions, and write them and their distances (m).
 
     Args:
         output: The file to write. Default: ``collisions.yaml`` next to the description, which includes it.

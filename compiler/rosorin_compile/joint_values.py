@@ -1,4 +1,4 @@
-"""Convert requested joint positions: numbers with units, servo pulses, named poses and sweeps."""
+"""Parse the joint positions that a user requests: numbers with units, servo pulses, named poses and sweeps."""
 
 import math
 import re
@@ -19,7 +19,7 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of
 
 MAX_STATES = 100_000
-_ROUNDING = 1e-6  # rad or m: a position that comes from a pulse may exceed a printed limit by this much
+_ROUNDING = 1e-6  # tolerance (rad or m) of limits, because positions computed from pulses are rounded
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _COORDINATES: Mapping[str, tuple[tuple[str, ...], ...]] = {
@@ -32,10 +32,10 @@ _COORDINATES: Mapping[str, tuple[tuple[str, ...], ...]] = {
 def positions(
     robot: Robot, pose: str = "", joints: Values = None, pulses: Mapping[str, object] | None = None
 ) -> dict[str, Position]:
-    """Return joint positions from a named pose ("" for none), overridden by ``pulses``, then by ``joints``.
+    """Return the requested joint positions in rad or m: those of ``pose``, then of ``pulses``, then of ``joints``.
 
-    Requested positions are numbers in rad or m, or strings such as "30deg"; the result is in rad or m. Raises
-    RequestError, and NoPulse for a pulse out of range.
+    Later ones override earlier ones. Values of ``joints`` are numbers in rad or m, or strings such as "30deg".
+    Raises RequestError, and NoPulse for a pulse out of range.
     """
     found: dict[str, Position] = {**(robot.positions(pose) if pose else {})}
     for name, pulse in (pulses or {}).items():
@@ -47,7 +47,7 @@ def positions(
 
 
 def position(robot: Robot, name: str, text: str) -> Position:
-    """Parse the position of a joint; a planar joint takes several numbers. Raises RequestError."""
+    """Parse a position such as "30deg"; planar, floating and ball joints have several numbers. Raises RequestError."""
     joint = robot.joint.get(name)
     if joint is None or joint.type not in _COORDINATES:
         return _single(_movable_joint(robot, name), text)
@@ -66,7 +66,7 @@ def position(robot: Robot, name: str, text: str) -> Position:
 
 
 def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
-    """Parse a sweep FROM:TO:COUNT of a joint to positions, both ends included. Raises RequestError."""
+    """Parse a sweep "FROM:TO:COUNT" of a joint to COUNT evenly spaced positions. Raises RequestError."""
     joint, parts = _movable_joint(robot, name), [part.strip() for part in text.split(":")]
     if len(parts) != 3 or not _WHOLE.fullmatch(parts[2]):
         raise RequestError(f'"{name}={text}" is not JOINT=FROM:TO:COUNT')
@@ -77,7 +77,7 @@ def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
 
 
 def combine_sweeps(start: Positions, sweeps: Mapping[str, Sequence[float]]) -> list[dict[str, Position]]:
-    """Return all combinations of swept positions; the last joint varies fastest. Raises RequestError for too many."""
+    """Return ``start`` with each combination of swept positions; the last joint varies fastest. Raises RequestError."""
     count = math.prod(map(len, sweeps.values()))
     if count > MAX_STATES:
         raise RequestError(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")
@@ -101,7 +101,6 @@ def _single(joint: Joint, text: str) -> float:
 
 
 def _number(joint: Joint, text: str, expected: Dimension) -> float:
-    """Convert a text with a number, a quantity ("30deg") or an expression to SI units. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
     if (unit := units.unknown_unit(text)) is not None:
         raise RequestError(f'{subject} has an unknown unit: "{unit}"')
@@ -125,7 +124,7 @@ def _whole(text: str) -> int:
 
 
 def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False) -> list[Diagnostic]:
-    """Return a warning (an error if ``strict``) for each limit that a joint, also a mimic joint, exceeds in a state."""
+    """Return a warning, or an error if ``strict`` is True, for each limit that a joint or mimic joint exceeds."""
     found: dict[tuple[str, str], Diagnostic] = {}
     help, severity = "the joint does not get there; with --strict this is an error", ERROR if strict else WARNING
     for state, joint in product(states, case.robot.joints):
@@ -147,10 +146,10 @@ def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False)
 
 @dataclass(frozen=True)
 class JointPulse:
-    """A servo pulse of a joint, and the resulting position in ``unit``.
+    """A servo pulse, and the joint position in ``unit`` (rad or m) that results from it.
 
-    ``difference`` is ``position`` minus ``requested``. If a pulse was requested, ``difference`` and ``requested`` are
-    None. ``degrees`` is None for a prismatic joint.
+    ``difference`` is ``position`` minus the ``requested`` position; both are None if a pulse was requested. ``degrees``
+    is None for a prismatic joint.
     """
 
     joint: str
@@ -166,11 +165,11 @@ class JointPulse:
 
 @dataclass(frozen=True)
 class Pulses:
-    """The requested servo pulses with the resulting joint positions, and the calibration of the servos.
+    """Servo pulses with the resulting joint positions, and the calibration of the servos.
 
-    ``servos`` are groups with the same calibration: position = (pulse - zero_pulse) * rad_per_pulse, negated if
-    ``flipped``; for a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` are joints of the requested
-    pose that have no servo.
+    Each group in ``servos`` has one calibration: position = (pulse - zero_pulse) * rad_per_pulse, negated if
+    ``flipped``. For a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` are joints of the pose without
+    a servo.
     """
 
     servos: tuple[ServoGroup, ...] = ()
@@ -191,10 +190,10 @@ def pulses(
     strict: bool = False,
     trust: bool = False,
 ) -> Pulses:
-    """Convert servo pulses to joint positions and back.
+    """Convert servo pulses to joint positions, or joint positions to the nearest servo pulses.
 
     Args:
-        values: By joint name, pulses as integers, or positions as strings with a unit (``"30deg"``).
+        values: Pulses (integers) or positions (strings with a unit, such as ``"30deg"``) by joint name.
         pose: A named pose to convert; ``values`` override its positions.
         unit: ``"rad"`` or ``"deg"``: numbers in ``values`` are positions in this unit (or metres), not pulses.
         strict: Treat positions beyond a limit as errors.
@@ -234,7 +233,6 @@ def pulses(
 
 
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:
-    """Return the result for a pulse or, if ``pulse`` is None, for the pulse nearest to the position ``requested``."""
     joint, group = robot.joint[name], servo_of(robot, name)
     compared: tuple[float | None, float | None] = (None, None)
     if pulse is None:

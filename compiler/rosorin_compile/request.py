@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from rosorin_compile.source.tree import Map
 
 FilePath = str | os.PathLike[str]
-Values = Mapping[str, Any] | None  # arguments by name
+Values = Mapping[str, Any] | None  # values of arguments by name
 Packages = Mapping[str, FilePath] | None  # folders of ROS packages by package name
-Warn = Callable[[Diagnostic], None] | None  # a function that is called with each warning before code is executed
+Warn = Callable[[Diagnostic], None] | None  # called with a warning before Python code in a xacro is run
 EXECUTED = "xacro-runs-code"  # rule id of the warning before a xacro file runs Python code
 
 
@@ -40,8 +40,8 @@ class Request:
 
     ``arguments`` are strings, as in ``-a NAME=TEXT``, or Python values; they override those in ``argument_files``.
     ``packages`` maps names of ROS packages to folders. ``trust`` permits a xacro to run Python code without a warning.
-    Otherwise ``warn`` is called with the warning before code is executed; if ``warn`` is None, the warning is among the
-    diagnostics. If ``problems`` is not empty, loading or compiling the robot only returns these diagnostics.
+    Otherwise, ``warn`` is called with a warning before code is run; if ``warn`` is None, the warning is among the
+    diagnostics. If there are ``problems`` in the request, methods return these diagnostics and no robot.
     """
 
     description: Description
@@ -62,7 +62,7 @@ class Request:
         trust: bool = False,
         warn: Warn = None,
     ) -> Request:
-        """Build the request for a robot; ``outputs`` is the folder that contains one subfolder per robot."""
+        """Create a request from API arguments; ``outputs`` is the folder that contains one subfolder per robot."""
         if isinstance(robot, Request):
             return robot
         found = of_api(robot, arguments, packages)
@@ -72,26 +72,25 @@ class Request:
             try:
                 description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
-                if description.path.suffix.lower() in ("", *ENDINGS):  # readers of other formats report it
+                if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise, the reader reports the error
                     problems = [error("file-unreadable", str(problem), None)]
         return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
 
     @property
     def is_foreign(self) -> bool:
-        """Whether the robot is not a description, but a URDF, xacro, SDF, MJCF or ``robot_model`` JSON file."""
         return is_foreign(self.description.path)
 
     @property
     def tell(self) -> Warn:
-        """The function to call with warnings before code is executed; it does nothing if the code is trusted."""
+        """The function to call with a warning before code is run: ``warn``, or a no-op if ``trust`` is True."""
         return (lambda _warning: None) if self.trust else self.warn
 
     def values(self) -> dict[str, Any]:
-        """Return all arguments by name. Raises LoadError for an invalid argument file."""
+        """Return all arguments by name, including those in argument files. Raises LoadError for an invalid file."""
         return read_argument_files(self.argument_files, self.arguments) if self.argument_files else {**self.arguments}
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
-        """Return the options to import the robot. Raises LoadError for arguments that are not strings or numbers."""
+        """Return options for importing the robot. Raises LoadError for arguments that are not strings or numbers."""
         texts, wrong = as_texts(self.values())
         if wrong:
             raise LoadError(wrong[0])
@@ -100,11 +99,11 @@ class Request:
     def compile(
         self, outputs: Sequence[str] = (), *, meshes: bool = True, foreign: bool = False, lenient: bool = False
     ) -> CompileResult:
-        """Compile the robot and read its artifacts back; nothing is written.
+        """Compile the robot, and verify the artifacts by reading them back. Nothing is written.
 
-        ``outputs`` are the names of the outputs to generate, by default all. Without ``meshes``, mesh files are not
-        searched, and nothing is read back. ``foreign`` accepts a robot in another format, with the outputs of the
-        description that ``import`` would write. ``lenient`` accepts violations of the specification of that format.
+        ``outputs`` are the names of the outputs to generate, by default all. If ``meshes`` is False, mesh files are not
+        searched, and nothing is verified. ``foreign`` accepts a robot in another format, and generates the outputs that
+        ``import`` would write into its description. ``lenient`` accepts violations of the specification of that format.
         """
         if self.problems:
             return CompileResult(None, (), [*self.problems], ())
@@ -122,8 +121,8 @@ class Request:
     def understand(self, foreign: bool = True, outputs: bool = False, lenient: bool = True) -> Understood:
         """Load the robot without generating artifacts.
 
-        ``foreign`` accepts a robot in another format; with ``outputs``, it has all outputs of the description that
-        ``import`` would write. ``lenient`` accepts violations of the specification of that format.
+        ``foreign`` accepts a robot in another format; ``outputs`` gives it the outputs that ``import`` would write into
+        its description. ``lenient`` accepts violations of the specification of that format.
         """
         path, problems = self.description.path, [*self.problems]
         try:
@@ -137,14 +136,14 @@ class Request:
         return Understood(ExpandedDescription(None, [], (path,)), None, problems)
 
     def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
-        """Return (robot with source positions, warnings about executed code), or (None, errors)."""
+        """Load the robot: return (robot with source positions, warnings about executed code), or (None, errors)."""
         found = self.understand()
         if found.case is None:
             return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
         return found.case, tuple(one for one in found.diagnostics if one.rule == EXECUTED and not self.trust)
 
     def read(self, lenient: bool = False) -> ReadResult:
-        """Read the robot in any format; ``lenient`` accepts violations of the specification of its format."""
+        """Read the robot in any format; ``lenient`` accepts violations of the specification of the format."""
         found = self.understand(lenient=lenient)
         imported, diagnostics = found.imported, found.diagnostics
         if imported is None or imported.tree is None:
@@ -155,7 +154,7 @@ class Request:
         return ReadResult(robot, diagnostics, found.expanded.files, imported.tree)
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> SearchResult:
-        """Find the mesh files of the robot, and read those that its artifacts open."""
+        """Find the mesh files of the robot, and read the files that its artifacts refer to."""
         from rosorin_compile.formats.mesh_files import Places, read_files, search
 
         folder = self.description.outputs
@@ -163,21 +162,21 @@ class Request:
         return read_files(search(tree, outputs, places), outputs, folder)
 
     def inputs(self, compiled: CompileResult) -> list[Path]:
-        """Return the files that a compilation has read, including argument files."""
+        """Return all files that were read to compile the robot, including argument files."""
         return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
 
 
 def read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
-    """Return the options for reading a robot in another format, and the errors in the arguments and packages."""
+    """Return (options for reading a robot in another format, errors in the arguments and packages)."""
     found = of_api("", arguments, packages)
     texts, wrong = as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 
 def prove(compiled: CompileResult) -> CompileResult:
-    """Read the artifacts back; if an artifact contradicts the robot, return only errors and no artifacts."""
+    """Verify artifacts by reading them back. If an artifact contradicts the robot, return errors and no artifacts."""
     from rosorin_compile.compare.artifacts import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []
@@ -185,7 +184,7 @@ def prove(compiled: CompileResult) -> CompileResult:
 
 
 def is_foreign(path: Path) -> bool:
-    """Return True if a file is not a description, judged by its name or, for stdin, by its contents."""
+    """Return True if a file is not a description, judged by its extension or, for stdin, by its contents."""
     text = stdin_of(path)
     if text is not None:
         return text[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")

@@ -19,9 +19,9 @@ from rosorin_compile.source.wording import phrase
 
 @dataclass(frozen=True)
 class FrameTransform:
-    """The pose of ``target`` in ``source`` at joint ``positions``, in metres and radians (``rpy``: fixed axes).
+    """The pose of the frame ``target`` in the frame ``source``, in metres and radians, at joint ``positions``.
 
-    ``quaternion`` is (x, y, z, w) with the sign that tf2 prints; ``matrix`` is 4x4, as rows.
+    ``rpy`` are angles about fixed axes; ``quaternion`` is (x, y, z, w) with the sign of tf2; ``matrix`` is 4x4.
     """
 
     source: str
@@ -36,10 +36,10 @@ class FrameTransform:
 
 @dataclass(frozen=True)
 class Transforms:
-    """The pose of one frame relative to another, for each state of the joints.
+    """The pose of one frame relative to another, for each combination of joint positions.
 
-    ``swept`` maps each joint with a sweep to its unit. ``transforms`` is empty if ``diagnostics`` has errors;
-    ``robot`` is None if the errors are in its files.
+    ``swept`` maps each joint with a sweep to its unit (rad or m). If ``diagnostics`` has errors, ``transforms`` is
+    empty; ``robot`` is None if the errors are in its files.
     """
 
     transforms: tuple[FrameTransform, ...] = ()
@@ -49,7 +49,7 @@ class Transforms:
 
 
 class NotPublished(RequestError):
-    """No node publishes a frame in the requested modes."""
+    """Raised if no ROS node publishes a frame in the requested modes."""
 
 
 def transform(
@@ -67,14 +67,14 @@ def transform(
     strict: bool = False,
     trust: bool = False,
 ) -> Transforms:
-    """Return the pose of one frame relative to another, with the numbers that ``tf2_echo`` prints.
+    """Compute the pose of one frame relative to another, with the same numbers as ``tf2_echo``.
 
     Args:
         source: The frame in which the pose is expressed.
         target: The frame whose pose is returned.
-        pose: A named pose of the description. Joints without a position are at zero.
+        pose: The name of a pose of the description. Joints without a position are at zero.
         joints: Positions by joint: numbers in rad or m, or strings such as ``"30deg"``. They override all others.
-        pulses: Pulses of servos by joint; they override ``pose``.
+        pulses: Servo pulses by joint. They override ``pose``.
         sweeps: Ranges of positions by joint, ``"FROM:TO:COUNT"``; several ranges yield all combinations.
         modes: Modes of the robot that are on (True) or off. If any is set, all others are off.
         strict: Treat positions beyond a limit as errors.
@@ -119,7 +119,7 @@ def transform(
 def lookup(graph: Graph, source: str, target: str, positions: Positions) -> FrameTransform:
     """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as ``lookupTransform`` of tf2 does.
 
-    Raises NoWay, and KeyError for unknown frames.
+    Raises NoWay if no transforms connect the frames, and KeyError for an unknown frame.
     """
     way, pose = graph.way(source, target), Transform()
     for move in way:
@@ -136,7 +136,6 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:
-    """Explain why a transform is unknown: which transforms on the way have no numbers, and who publishes them when."""
     source, target = problem.source, problem.target
     if not problem.missing:
         help = "declare the transform that joins them under edges, with who publishes it"
@@ -157,7 +156,6 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
 
 
 def _remarks(case: Case, steps: Iterable[Step]) -> Iterator[Diagnostic]:
-    """Yield notes on transforms in a chain that are published only in some modes, or never."""
     for step in steps:
         path = case.joint(step.joint) if step.joint else ("edges", case.robot.edges.index(step.edges[0]))
         if not step.publishers:

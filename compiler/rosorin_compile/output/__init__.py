@@ -1,1 +1,1 @@
-"""Write files safely: the artifacts of a robot as one set, files of a ROS package, and single files."""
+"""Write files atomically: the artifacts of a robot, files in a ROS package, and single files."""

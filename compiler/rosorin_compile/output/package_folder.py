@@ -1,8 +1,7 @@
 """Write files into a folder that also contains other files, such as a ROS package.
 
-Each file is written in one step, and the manifest last. The manifest has the digest of each written file. While files
-are replaced, the manifest has both the old (if any) and the new digest of each file, so that after a killed process it
-shows which files may be from either run.
+Each file is replaced atomically. A manifest in the folder has the SHA-256 digest of each written file. While files are
+being replaced, it has the old and the new digest, so that both versions can be recognized after a killed process.
 """
 
 import errno
@@ -21,7 +20,7 @@ MANIFEST = ".rosorin-compile-written.json"
 
 
 class PackageFolder:
-    """A locked folder into which files are written; ``is_new`` is True if the folder does not exist yet."""
+    """A folder into which files are written; ``is_new`` is True if the folder does not exist yet."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -29,11 +28,11 @@ class PackageFolder:
         self._manifest = read_manifest(path)
 
     def digests(self) -> dict[str, list[str]]:
-        """Return a list of digests by file name; files of an unfinished run may have an old and a new digest."""
+        """Return the digests of each file: one, or the old and the new one if a process was killed while writing."""
         return {name: [value] if isinstance(value, str) else value for name, value in self._manifest.items()}
 
     def check_name(self, name: str) -> None:
-        """Raise OutputError if a name is outside of the folder, below a symbolic link, or not a regular file."""
+        """Raise OutputError if a path leaves the folder, is below a symlink, or exists but is not a regular file."""
         if not is_inside(name):
             raise OutputError("deploy-outside", f'"{name}" is not below the folder', "name a file below the folder")
         path, kind = obstacle(self.path, name) or (self.path, "")
@@ -47,10 +46,10 @@ class PackageFolder:
     def write(
         self, files: Mapping[str, bytes], unlisted: Mapping[str, bytes] | None = None, manifest: bool = True
     ) -> tuple[str, ...]:
-        """Write ``files`` in their order, and the manifest last; return the changed files, sorted.
+        """Write ``files`` in their order, and then the manifest; return the changed files, sorted.
 
-        ``unlisted`` files are written first and are not in the manifest. If a step fails, the folder is unchanged.
-        A new folder is written in one step. Raises OutputError.
+        ``unlisted`` files are written first, and are not in the manifest. If a file cannot be written, the folder is
+        left unchanged and OutputError is raised.
         """
         contents = {**(unlisted or {}), **files}
         for name in contents:
@@ -60,7 +59,7 @@ class PackageFolder:
             changed = {name: data for name, data in contents.items() if data != before[name]}
             listed = {name for name in self._manifest if name in files or (self.path / name).is_file()}
             if any(name not in files and not isinstance(self._manifest[name], str) for name in listed):
-                listed |= self._manifest.keys()  # keep files of an unfinished run in the manifest
+                listed |= self._manifest.keys()  # keep files of a killed process in the manifest
             final = {name: self._manifest[name] for name in listed} | {n: digest(data) for n, data in files.items()}
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
@@ -87,7 +86,7 @@ class PackageFolder:
 
 @contextmanager
 def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[PackageFolder]:
-    """Lock a folder, unless ``dry_run``, and yield a ``PackageFolder``. Raises OutputError."""
+    """Yield a ``PackageFolder``, locked in the ``with`` block unless ``dry_run`` is True. Raises OutputError."""
     with ExitStack() as stack:
         try:
             path = folder.resolve()
@@ -109,7 +108,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def read_manifest(folder: Path) -> dict[str, str | list[str]]:
-    """Return digests by file name (lists of digests after an unfinished run), or {} without a valid manifest."""
+    """Return {file: digest}, with [old digest, new digest] after a killed process; {} without a valid manifest."""
     try:
         values = json_of((folder / MANIFEST).read_bytes())
     except (OSError, ValueError):

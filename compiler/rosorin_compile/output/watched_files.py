@@ -1,4 +1,4 @@
-"""Detect changes of the files from which a robot was compiled."""
+"""Detect changes in the files that were read to compile a robot."""
 
 import os
 import time
@@ -9,12 +9,12 @@ from rosorin_compile.source.files import Version, record_reads, version
 
 INTERVAL = 0.3  # seconds between two checks
 SETTLE = 0.05  # seconds without a change after which an editor has probably saved all files
-_CLOCK_STEP = 20_000_000  # ns; file times can be this much behind the clock
+_CLOCK_STEP = 20_000_000  # ns by which the times of files may lag behind the clock
 _PATIENCE = 20  # maximum number of checks while files keep changing
 
 
 class WatchedFiles:
-    """The files from which a robot was compiled, with their versions; files in ``artifacts`` are ignored."""
+    """The files that were read to compile a robot, with their versions, except files in the folder ``artifacts``."""
 
     def __init__(self, artifacts: Path | None = None) -> None:
         self.artifacts = None if artifacts is None else os.path.abspath(artifacts)
@@ -22,7 +22,7 @@ class WatchedFiles:
         self.is_outdated = False
 
     def has_changed(self) -> bool:
-        """Return True if a file was changed, removed or created since ``read``."""
+        """Return True if a file was changed, removed or created since the last call of ``read``."""
         return self.is_outdated or any(version(path) != before for path, before in self.versions.items())
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:
@@ -36,7 +36,7 @@ class WatchedFiles:
             before = after
 
     def read(self, used: Callable[[], object]) -> None:
-        """Call ``used``, and record the version of each file that it reads or looks for."""
+        """Call ``used``, and watch every file that it reads or looks for."""
         begun = time.time_ns() - _CLOCK_STEP
         with record_reads() as paths:
             used()

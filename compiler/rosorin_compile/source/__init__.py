@@ -1,1 +1,1 @@
-"""Read YAML as a tree with the position of every value, and define the diagnostics that all stages return."""
+"""The lowest layer of the package: files, YAML trees with source positions, units, diagnostics and plug-ins."""

@@ -1,4 +1,4 @@
-"""Cache results with a robot, and locate the user's cache folder (XDG, or ``ROSORIN_COMPILE_CACHE``; off: no cache)."""
+"""Cache results in ``Robot`` objects, and locate the user's cache folder (``ROSORIN_COMPILE_CACHE``)."""
 
 import os
 import stat
@@ -17,7 +17,7 @@ _refused: list[tuple[str, str]] = []
 
 
 def of_robot(work: Function) -> Function:
-    """Decorate a function whose first argument is a robot: cache its results in the robot object."""
+    """Cache the results of the decorated function in the ``Robot`` that is its first argument."""
 
     @wraps(work)
     def cached(robot: Any, *arguments: Any, **named: Any) -> Any:
@@ -30,10 +30,11 @@ def of_robot(work: Function) -> Function:
 
 
 def cache_folder(name: str) -> Path | None:
-    """Return a subfolder of the user's cache, or None if the cache is disabled, or writable by other users."""
+    """Create and return a subfolder of the user's cache folder, or None if the cache is disabled or unsafe to use."""
     chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
     base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not base.is_absolute():  # the XDG specification ignores relative paths; with HOME="", "~" would be "/"
+    if not base.is_absolute():  # according to the XDG specification, a relative XDG_CACHE_HOME is invalid
+        # If HOME is empty, expanduser() would return "/.cache".
         base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
     top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"
     if chosen == "off" or not system.HAS_OWNERS or not top.is_absolute():
@@ -51,19 +52,19 @@ def cache_folder(name: str) -> Path | None:
 
 
 def cache_refused() -> tuple[str, str] | None:
-    """Return why the cache is not used, and the fix, or None; each reason is returned only once."""
+    """Return (reason, fix) if ``cache_folder`` rejected an unsafe folder, or None; each rejection is returned once."""
     return _refused.pop() if _refused else None
 
 
 def _open_to_others(folder: Path) -> tuple[str, str] | None:
-    """Return why other users could change a cache folder, and the fix, or None if they cannot. Raises OSError."""
     real = folder.resolve(strict=True)
     links = [place for place in (folder, *folder.parents) if place.is_symlink()]
     for place in (*links, *reversed((real, *real.parents))):
         status = place.lstat()
         if status.st_uid not in (0, os.geteuid()):
             return f"{label(place)} belongs to another user", _ELSEWHERE
-        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)  # such as /tmp, which is safe
+        # In a sticky folder such as /tmp, other users cannot rename or delete the cache folder.
+        is_sticky = status.st_mode & stat.S_ISVTX and place not in (real, real.parent)
         if place not in links and status.st_mode & 0o022 and not is_sticky:
             return f"{label(place)} can be written by others", f"chmod go-w {label(place)}; or {_ELSEWHERE}"
     return None

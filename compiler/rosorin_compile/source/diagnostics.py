@@ -1,4 +1,4 @@
-"""Diagnostics: the errors, warnings and notes that stages return, with positions in files, and their text form."""
+"""Errors, warnings and notes with positions in files, and their format on the command line."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -9,14 +9,14 @@ from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase
 __all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-TRUSTED = (("trusted", True),)  # ``numbers`` of a warning that trusted code will run, which is not printed
+TRUSTED = (("trusted", True),)  # ``numbers`` of a warning about code that the user trusts: it is not printed
 _COLOURS = {ERROR: "\033[31m", WARNING: "\033[33m", NOTE: "\033[34m"}
 _BOLD, _PLAIN = "\033[1m", "\033[0m"
-MAX_SHOWN = 160  # characters of a source line
+MAX_SHOWN = 160  # maximum number of characters of a source line to print
 
 
 class Source(NamedTuple):
-    """A file that was read: its path as shown to the user, and its text."""
+    """The text of a file, and the path by which messages refer to the file."""
 
     path: str
     text: str
@@ -25,18 +25,18 @@ class Source(NamedTuple):
         return f"Source({self.path!r})"
 
     def line(self, number: int) -> str:
-        """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
+        """Return line ``number`` (from 1) without its line end, or an empty string if there is no such line."""
         lines = split_lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
     def span(self, offset: int = 0, length: int = 1) -> "Span":
-        """Return the span of ``length`` characters at an offset."""
+        """Convert an offset in the text (from 0, in characters) to a ``Span`` of ``length`` characters."""
         lines = split_lines(self.text[:offset])
         return Span(self, len(lines), len(lines[-1]) + 1, max(1, length))
 
 
 class Span(NamedTuple):
-    """A position in a source: line and column count from 1, in characters; ``length`` is at least 1."""
+    """A range of characters in one line of a source. ``line`` and ``column`` count from 1; ``length`` is at least 1."""
 
     source: Source
     line: int
@@ -46,7 +46,7 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True)
 class Related:
-    """A second position that helps to understand a diagnostic, such as "first defined here"."""
+    """A further position that helps to understand a diagnostic, with a message such as "first defined here"."""
 
     message: str
     span: Span | None
@@ -56,7 +56,7 @@ class Related:
 
 
 class Use(Related):
-    """A second position that the mistake affects: an entry of ``use`` with the part, or an iteration of the loop."""
+    """A related position that inserts the faulty YAML into the robot: an entry of "use" (for a part), or a loop."""
 
     __slots__ = ()
 
@@ -66,23 +66,23 @@ def _place(span: Span | None) -> str:
 
 
 class MadeSpan(Span):
-    """A position from which a program generated something; ``via`` has the calls that led to it, innermost first."""
+    """The source position of a generated value; ``via`` has the xacro macro calls that led to it, innermost first."""
 
     via: tuple[Related, ...] = ()
 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """A callable that returns the help for the unknown name ``word``; slow, so only called for printed diagnostics."""
+    """A callable that computes the help for the unknown name ``word``. It is slow: call it only to print the help."""
 
     word: str
-    candidates: Collection[str]  # valid names; a similar one is suggested
-    otherwise: str = ""  # if no candidate is similar, the text before the list of candidates
-    instead: str = ""  # if no candidate is similar, the text in place of the list of candidates
-    details: str = ""  # like ``instead``, but also added after a suggested name
-    none: str = ""  # the help if there are no candidates
-    places: Mapping[str, Span] = field(default_factory=dict)  # where the candidates are defined
-    others: Collection[str] = ()  # further valid names, compared only if no candidate is similar
+    candidates: Collection[str]  # valid names; the help suggests the most similar name
+    otherwise: str = ""  # if no candidate is similar: the text before the list of candidates
+    instead: str = ""  # if no candidate is similar: the help, in place of the list of candidates
+    details: str = ""  # added in parentheses after a suggested name; if no candidate is similar, like ``instead``
+    none: str = ""  # the help if ``candidates`` is empty
+    places: Mapping[str, Span] = field(default_factory=dict)  # where each candidate is defined
+    others: Collection[str] = ()  # more valid names, suggested only if no name in ``candidates`` is similar
 
     def __call__(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
@@ -92,7 +92,7 @@ class Suggestion:
         return self.instead or self.details or help
 
     def related_places(self) -> tuple[Related, ...]:
-        """Return the place where the most similar candidate is defined."""
+        """Return the definition of the most similar candidate as a related position, or () if it has no position."""
         near = nearest(self.word, self.candidates) if self.places else None
         span = self.places.get(near) if near is not None else None
         return (Related(f'"{near}" is defined here', span),) if span else ()
@@ -103,10 +103,11 @@ Help = str | Callable[[], str]
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """An error, warning or note: ``rule`` is its kebab-case id; ``help`` suggests a fix, or ``suggest`` computes it.
+    """An error, warning or note, which refers to the rule with the id ``rule``.
 
-    ``of`` names its subject: the link or joint under which a description may accept it, or an edge, topic or line of a
-    recording. ``numbers``, in SI units, are for programs.
+    ``help`` suggests a fix; ``suggest``, if not None, computes the help when it is printed. ``of`` has the names of the
+    links and joints that the problem is about, or of a transform, topic or line of a recording. ``numbers`` are
+    (name, value) pairs in SI units, so that programs need not parse the message.
     """
 
     rule: str
@@ -120,7 +121,7 @@ class Diagnostic:
     suggest: Callable[[], str] | None = field(default=None, compare=False, repr=False)
 
     def with_help(self) -> "Diagnostic":
-        """Return the diagnostic with its suggestion as help."""
+        """Return the diagnostic with the result of ``suggest`` as ``help``."""
         if self.suggest is None:
             return self
         near = self.suggest.related_places() if isinstance(self.suggest, Suggestion) else ()
@@ -130,14 +131,14 @@ class Diagnostic:
         return self.as_text().partition("\n")[0]
 
     def as_text(self, colour: bool = False) -> str:
-        """Return the diagnostic as the command line prints it: position, message, source line, help."""
+        """Format the diagnostic for a terminal: position, message, source line, help; ``colour`` adds ANSI colours."""
         this, span = self.with_help(), self.span
         head, message, help = f"{self.severity}[{self.rule}]", printable(this.message), printable(this.help)
         if colour:
             head, message = _COLOURS[self.severity] + head + _PLAIN, _BOLD + message + _PLAIN
         lines = [f"{_place(span)}{head}: {message}"]
         if span and self.severity != NOTE:
-            # Carets mark the span; of a long line, only the part around the span is shown.
+            # Mark the span with carets. If the line is long, print only the part around the span.
             line = span.source.line(span.line)
             first = max(0, span.column - 1 - MAX_SHOWN // 2) if len(line) > MAX_SHOWN else 0
             shown = printable(line[first : first + MAX_SHOWN].replace("\t", " "))
@@ -159,19 +160,19 @@ class Diagnostic:
 
 
 def text(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
-    """Return diagnostics as the command line prints them: position, message, source line, help."""
+    """Format diagnostics for a terminal; ``colour`` adds ANSI colours."""
     return "".join(diagnostic.as_text(colour) for diagnostic in diagnostics)
 
 
 def error(rule: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()) -> Diagnostic:
-    """Return a diagnostic of severity error."""
+    """Create an error. ``help`` may be a function, which is called only if the error is printed."""
     return diagnostic(rule, ERROR, message, span, help, related)
 
 
 def diagnostic(
     rule: str, severity: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()
 ) -> Diagnostic:
-    """Return a diagnostic; if the help is slow to compute, pass a function, which ``messages`` calls when needed."""
+    """Create a diagnostic. ``help`` may be a function, which is called only if the diagnostic is printed."""
     text, suggest = (help, None) if isinstance(help, str) else ("", help)
     return Diagnostic(rule, severity, message, span, tuple(related), text, suggest=suggest)
 
@@ -182,7 +183,7 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 class DiagnosticError(Exception):
-    """Processing cannot continue; ``diagnostic`` has the reason."""
+    """Raised if processing cannot continue; ``diagnostic`` is the error to report."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
@@ -190,19 +191,19 @@ class DiagnosticError(Exception):
 
 
 class SourceError(DiagnosticError):
-    """A file cannot be read or parsed."""
+    """Raised if a file cannot be read or parsed."""
 
 
 class RequestError(ValueError):
-    """An argument of the API or an option of a command is invalid; the message is the reason."""
+    """Raised for an invalid argument of an API function, or an invalid option of a command."""
 
 
 class MissingPackages(RequestError, ImportError):
-    """Python packages of an extra are not installed; the message has the command that installs them."""
+    """Raised if optional Python packages are missing; the message has the command that installs them."""
 
 
 class UnknownName(RequestError, KeyError):
-    """An argument names something that does not exist, as in: the robot (``owner``) has no joint (``kind``) "arm"."""
+    """Raised for an unknown name, as in: the robot (``owner``) has no joint (``kind``) called "arm" (``name``)."""
 
     def __init__(self, kind: str, name: str, candidates: Iterable[str] = (), owner: str = "", none: str = "") -> None:
         super().__init__(kind, name, tuple(candidates), owner, none)

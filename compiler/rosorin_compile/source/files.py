@@ -1,4 +1,4 @@
-"""Read files, and record the paths that were read or were missing: the dependencies of a compiled robot."""
+"""Read files, and record every path that was read or looked for as a dependency of the compiled robot."""
 
 import errno
 import os
@@ -12,14 +12,14 @@ from typing import BinaryIO
 from . import system
 
 AnyPath = str | os.PathLike[str]
-Version = tuple[int, ...]  # inode, size and times (ns) of a file; only the inode of a folder; empty if missing
+Version = tuple[int, ...]  # (inode, size, mtime, ctime) of a file, in bytes and ns; (inode,) of a folder; () if missing
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
 _recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders", default=())
 
 
 @contextmanager
 def record_reads() -> Iterator[dict[Path, Version]]:
-    """Collect the version of each path that is read, or looked up and missing, in the block."""
+    """Yield a dict to which each path that is read or looked up in the ``with`` block is added, with its version."""
     paths: dict[Path, Version] = {}
     token = _recorders.set((*_recorders.get(), paths))
     try:
@@ -29,13 +29,13 @@ def record_reads() -> Iterator[dict[Path, Version]]:
 
 
 def record(path: AnyPath, version: Version) -> None:
-    """Record that a version of a file was read, or with an empty version that the file was missing."""
+    """Add a path to the dicts of all active ``record_reads`` blocks; ``version`` is () if the path does not exist."""
     for recorder in _recorders.get():
         recorder[Path(path)] = version
 
 
 def version(path: AnyPath | int) -> Version:
-    """Return the version of a path or an open file; empty if it does not exist or cannot be accessed."""
+    """Return (inode, size, times) of a path or file descriptor, or () if it does not exist or is inaccessible."""
     try:
         status = os.fstat(path) if isinstance(path, int) else Path(path).stat()
     except (OSError, ValueError):
@@ -45,21 +45,21 @@ def version(path: AnyPath | int) -> Version:
 
 
 def read_bytes(path: AnyPath, most: int = -1) -> bytes:
-    """Return the content of a regular file, at most ``most`` bytes. Raises OSError, also for pipes and devices."""
+    """Read a regular file, at most ``most`` bytes (-1: all). Raises OSError, also for a pipe or device."""
     with open_binary(path) as opened:
         return opened.read(most)
 
 
 def read_text(path: AnyPath, encoding: str = "utf-8", errors: str = "strict") -> str:
-    """Return the text of a file; all line ends become a line feed. Raises OSError, UnicodeDecodeError."""
+    """Read a text file, and convert all line ends to line feeds. Raises OSError or UnicodeDecodeError."""
     return read_bytes(path).decode(encoding, errors).replace("\r\n", "\n").replace("\r", "\n")
 
 
 def open_binary(path: AnyPath) -> BinaryIO:
-    """Open a regular file for reading; do not block on a pipe. Raises OSError."""
+    """Open a regular file for reading. Raises OSError, also for a pipe, on which opening could block."""
     try:
         handle = os.open(path, os.O_RDONLY | system.NO_WAIT | system.AS_BYTES | getattr(os, "O_CLOEXEC", 0))
-    except ValueError as problem:  # a NUL character in the name
+    except ValueError as problem:  # the path contains a NUL character
         raise FileNotFoundError(errno.ENOENT, str(problem), os.fspath(path)) from None
     except OSError:
         record(path, version(path))
@@ -74,31 +74,30 @@ def open_binary(path: AnyPath) -> BinaryIO:
 
 
 def exists(path: AnyPath) -> bool:
-    """Return True if the path exists, following links. Raises OSError if it cannot be accessed."""
+    """Return True if a path exists, False for a dangling symlink. Raises OSError if the path is inaccessible."""
     return _mode(path) != 0
 
 
 def is_file(path: AnyPath) -> bool:
-    """Return True for a regular file, following links. Raises OSError if it cannot be accessed."""
+    """Return True for a regular file or a symlink to one. Raises OSError if the path is inaccessible."""
     return stat.S_ISREG(_mode(path))
 
 
 def is_folder(path: AnyPath) -> bool:
-    """Return True for a folder, following links."""
+    """Return True for a folder or a symlink to one. Raises OSError if the path is inaccessible."""
     return stat.S_ISDIR(_mode(path))
 
 
 def is_special(path: AnyPath) -> bool:
-    """Return True for a pipe, a device or another special file. Raises OSError if it cannot be accessed."""
+    """Return True for a pipe, device or other special file. Raises OSError if the path is inaccessible."""
     mode = _mode(path)
     return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
 
 def _mode(path: AnyPath) -> int:
-    """Return the mode of a path, or 0 if it does not exist; record a missing path. Raises OSError."""
     try:
         return Path(path).stat().st_mode
-    except ValueError:  # a NUL character in the name
+    except ValueError:  # the path contains a NUL character
         return 0
     except OSError as problem:
         if problem.errno not in _ABSENT:
@@ -108,15 +107,15 @@ def _mode(path: AnyPath) -> int:
 
 
 def resolve(path: AnyPath) -> Path:
-    """Return an absolute path with all links in its existing part resolved."""
+    """Return the absolute path with all symlinks resolved; the path need not exist."""
     try:
         return Path(os.path.realpath(path))
-    except ValueError:  # a NUL character in the name
+    except ValueError:  # the path contains a NUL character
         return Path(os.path.abspath(path))
 
 
 def label(path: AnyPath) -> str:
-    """Return a path for messages: relative to the current folder if it is below, else unchanged."""
+    """Shorten a path for messages: relative to the current folder if the path is inside it, else unchanged."""
     try:
         here = os.path.relpath(path)
     except (OSError, ValueError):  # the current folder was deleted, or is on another drive

@@ -1,8 +1,8 @@
-"""Read YAML as a tree with spans; read JSON, Python and plain YAML of other programs up to a safe nesting depth.
+"""Parse YAML to a tree with the position of every value; parse JSON and Python with a limit on the nesting depth.
 
 Scalars follow the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not YAML 1.1:
-``1e-3`` is a number, ``on`` and ``12:30`` are strings. One form is added: a plain scalar with a number and a known
-unit, such as ``12.5 mm``, is a quantity. A quoted scalar is always a string.
+``1e-3`` is a number, ``on`` and ``12:30`` are strings. As an extension, an unquoted number with a unit, such as
+``12.5 mm``, is a quantity. A quoted scalar is always a string.
 """
 
 import json
@@ -41,14 +41,17 @@ _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
-# A calculation after a unit tag. Powers are not allowed: they could take arbitrarily long.
+# Matches a calculation after a unit tag. Powers are not allowed, because they could take arbitrarily long.
 _CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
 
 LoadError = SourceError
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
-    """Read a file or standard input up to ``most`` bytes; ``asked`` is where a file names it. Raises SourceError."""
+    """Read a file or standard input. Raises SourceError if it is unreadable or larger than ``most`` bytes.
+
+    ``shown`` is the path in messages. ``asked`` is the position in another file that refers to this file, or None.
+    """
     data = stdin_of(path)
     try:
         data = files.read_bytes(path, most + 1) if data is None else data
@@ -61,12 +64,12 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
-    """Read a UTF-8 file; errors are reported at ``asked``, such as an include, if not None. Raises LoadError."""
+    """Read a UTF-8 file; ``shown`` and ``asked`` are as in ``read_input``. Raises LoadError."""
     return decode(read_input(path, shown, asked, MAX_BYTES, "check the file name and the permissions"), shown)
 
 
 def decode(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
-    """Decode the content of a file. Raises LoadError with the position of the first invalid byte."""
+    """Decode the contents of a file; ``shown`` is its path in messages. Raises LoadError at the first invalid byte."""
     try:
         return Source(shown, data.decode(encoding).removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
@@ -77,7 +80,7 @@ def decode(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save t
 
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
-    """Read a YAML file that must contain a mapping. Raises LoadError."""
+    """Read a YAML file that must contain a mapping; ``via`` is the include that loads it, or None. Raises LoadError."""
     source = read_utf8(path, shown, asked)
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
@@ -91,11 +94,11 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
-load_own = cache(load_mapping)  # for files that ship with the tool: read once per process, so never modify the tree
+load_own = cache(load_mapping)  # for files of this package: the tree is cached, so do not modify it
 
 
 def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX_NODES) -> Any:
-    """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the position of the problem."""
+    """Parse YAML to a ``Map``, ``Seq`` or scalar; ``via`` is the include that loads it, or None. Raises LoadError."""
     _check_text(source)
     try:
         return _Composer(source, via, max_nodes).document()
@@ -109,7 +112,6 @@ _DIRECTIVE = re.compile(r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---"
 
 
 def _check_text(source: Source) -> None:
-    """Reject text that looks different to a reviewer than to the parser. Raises LoadError."""
     text = source.text
     if directive := _DIRECTIVE.match(text) if "%" in text[:1_000] else None:
         message = f"{directive[1].split('#')[0].strip()} has no effect: files are read as YAML 1.2"
@@ -131,17 +133,14 @@ def _check_text(source: Source) -> None:
 
 
 class _Composer:
-    """Builds the tree from parser events."""
-
     def __init__(self, source: Source, via: Instance | None, max_nodes: int) -> None:
         self.source, self.via = source, via
         self.anchors: dict[str, tuple[Any, int, Span]] = {}
         self.nodes, self.max_nodes = 0, max_nodes
-        # libyaml counts columns in code points, as spans do, and raises ReaderError for control characters.
+        # libyaml counts columns in characters, as ``Span`` does, and raises ReaderError for control characters.
         self.events: Iterator[Any] = iter(getattr(yaml, "CLoader", yaml.Loader)(source.text).get_event, None)
 
     def document(self) -> Any:
-        """Return the value of the only document in the source, or None if it is empty."""
         tree, documents = None, 0
         for event in self.events:
             documents += isinstance(event, yaml.DocumentStartEvent)
@@ -160,7 +159,6 @@ class _Composer:
         return LoadError(error(rule, message, self.span(event), help))
 
     def value(self, event: Any, depth: int) -> Any:
-        """Return the value that begins with ``event``; consume the events up to its end."""
         is_alias, before = isinstance(event, yaml.AliasEvent), self.nodes
         alias = self.anchors.get(event.anchor) if is_alias else None
         self.nodes += 1 + (alias[1] if alias else 0)
@@ -215,11 +213,11 @@ class _Composer:
         return made
 
     def tagged(self, event: Any) -> float:
-        """Return the number, in SI units and without a dimension, of a scalar with one of xacro's unit tags."""
+        """Convert a number with a unit tag of xacro, such as ``!degrees 90``, to SI units."""
         text, names = event.value.strip(), {name: getattr(math, name) for name in _FUNCTIONS}
         with suppress(Exception):
             if _CALCULATION.fullmatch(text):
-                text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
+                text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - only arithmetic can match
         if (quantity := Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")) is None:
             help = "write a number after the tag, or remove the tag and write a unit"
             raise self.fail("yaml-tag", f'the tag {event.tag} needs a number, not "{event.value}"', event, help)
@@ -227,7 +225,7 @@ class _Composer:
 
 
 def plain_scalar(text: str) -> Any:
-    """Return the value of an unquoted scalar: None, bool, int, float, Quantity or str."""
+    """Convert an unquoted scalar to None, bool, int, float, Quantity or str."""
     if text in _WORDS:
         return _WORDS[text]
     first = text[0]
@@ -243,13 +241,13 @@ def plain_scalar(text: str) -> Any:
     return text
 
 
-# For text of other programs: on input that is nested 100,000 levels deep, parsers raise RecursionError or crash.
+# Limit for JSON: on input that is nested 100,000 levels deep, parsers raise RecursionError or crash.
 MAX_NESTING = 100
 _JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
 
 
 def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
-    """Parse JSON. Raises ValueError, with the position if possible, also if it is nested too deep."""
+    """Parse JSON, like ``json.loads``. Raises ValueError if it is invalid, or nested deeper than 100 levels."""
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0
@@ -261,7 +259,7 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
 
 
 def python_of(text: str, expression: bool = False) -> "ast.Module | ast.Expression":
-    """Parse a program or an expression. Raises SyntaxError; ValueError if it is nested too deep."""
+    """Parse Python statements, or an expression. Raises SyntaxError, or ValueError if the code is nested too deep."""
     import ast
 
     try:
@@ -269,7 +267,7 @@ def python_of(text: str, expression: bool = False) -> "ast.Module | ast.Expressi
     except (RecursionError, MemoryError):
         raise ValueError("nested too deep") from None
     nodes: list[ast.AST] = [tree]
-    for _ in range(150):  # levels of the syntax tree: a call in a list in a call takes six
+    for _ in range(150):  # maximum depth of the syntax tree
         nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
     if nodes:
         raise ValueError("nested too deep")
@@ -277,7 +275,7 @@ def python_of(text: str, expression: bool = False) -> "ast.Module | ast.Expressi
 
 
 def yaml_of(text: str) -> Any:
-    """Parse YAML of another program. Raises ValueError with the reason, also if it is nested too deep."""
+    """Parse YAML that another program wrote. Raises ValueError if it is invalid or nested too deep."""
     try:
         return parse_yaml(Source("", text))
     except LoadError as problem:

@@ -1,4 +1,4 @@
-"""Merge and sort the diagnostics of all stages, so that each mistake is reported once, and compute suggestions."""
+"""Merge diagnostics that report the same mistake, sort them, and compute "did you mean" suggestions."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -10,10 +10,10 @@ from typing import NamedTuple
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
 from .wording import and_more, count_of, first_of, swaps
 
-MAX_WORDED = 200  # suggestions are slow to compute, and 200 are enough for a reader
-_PLACES = 6  # maximum number of further positions that one diagnostic lists
+MAX_WORDED = 200  # maximum number of suggestions to compute, because they are slow
+_PLACES = 6  # maximum number of related positions that merging adds to a diagnostic
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
-# Rules about a value alone: if several entries share the value, it is reported once.
+# Rules about a single value: if entries share the value, for example by an alias, report the problem only once.
 _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
 _OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
@@ -23,11 +23,11 @@ _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics of each mistake, sort them by position, and compute suggestions for the first 200."""
+    """Merge diagnostics of the same mistake, sort them by position, and compute at most 200 suggestions."""
     causes: dict[object, list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-        if span is not None:  # group by position, since messages name different entries that share the value
+        if span is not None:  # ignore names: entries that share a faulty value have different names
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
         causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
@@ -35,26 +35,25 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Compute the suggestions of diagnostics, for the first 200 of them."""
-    left = count(-MAX_WORDED)  # yields a negative number for each of the first MAX_WORDED diagnostics
+    """Call ``suggest`` of the first 200 diagnostics that have this function, and store the result as ``help``."""
+    left = count(-MAX_WORDED)  # the first MAX_WORDED numbers are negative
     return [d.with_help() if d.suggest is None or next(left) < 0 else replace(d, suggest=None) for d in diagnostics]
 
 
 def order(d: Diagnostic) -> tuple[object, ...]:
-    """Return the sort key of a diagnostic: file, line, column, severity; diagnostics without a position come last."""
+    """Return a sort key: file, line, column, then severity. Diagnostics without a position come last."""
     place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
     return (*place, _ORDER[d.severity], d.rule, d.message)
 
 
 def with_calls(diagnostic: Diagnostic) -> Diagnostic:
-    """Add to a diagnostic the macro calls that led to its position."""
+    """Add related positions to a diagnostic: the xacro macro calls that generated the faulty value."""
     via = diagnostic.span.via if isinstance(diagnostic.span, MadeSpan) else ()
     new = [call for call in via if call not in diagnostic.related]
     return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 def _merged(same: list[Diagnostic]) -> Diagnostic:
-    """Return the first of several diagnostics of one mistake, extended by the other entries that have the mistake."""
     first = same[0]
     uses: dict[Related, None] = {}
     for other in same[1:]:
@@ -68,14 +67,14 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
-    """Return "and here" for each of the first six spans, and a count of the remaining spans."""
+    """Return "and here" at each of the first six spans, and "and in 3 more places" if there are nine spans."""
     left = len(spans) - _PLACES
     more = [Related(f"and in {count_of(left, 'more place')}", None)] if left > 0 else []
     return (*(Related("and here", span) for span in spans[:_PLACES]), *more)
 
 
 def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
-    """Merge diagnostics of the given severities that differ only in names and numbers; list all their positions."""
+    """Merge diagnostics with a severity in ``severities`` that differ only in names and numbers; list all positions."""
     groups: dict[object, list[Diagnostic]] = {}
     for index, diagnostic in enumerate(diagnostics):
         is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule == "stand-in"
@@ -90,21 +89,22 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
     return result
 
 
-UNNAMED = "is defined here and may be the misspelt name"  # a related place: an unused definition with a similar name
+UNNAMED = "is defined here and may be the misspelt name"  # message at an unused definition with a similar name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # not about unknown names
+# Rules that suggest a key, value, type or unit instead of a name that the user defined.
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
 
 
 class Offer(NamedTuple):
-    """An unknown name, and the name suggested for it."""
+    """An unknown name (``name``), and the valid name that the help suggests instead (``meant``)."""
 
     name: str
     meant: str
 
 
 def offer(diagnostic: Diagnostic) -> Offer | None:
-    """Return the unknown name of an error and the name that its help suggests, or None for other errors."""
+    """Return the unknown name in an error and the suggested name, or None if the error suggests no name."""
     is_name = diagnostic.severity == ERROR and diagnostic.rule not in _OF_SHAPE
     if not is_name or (found := _MEANT.match(diagnostic.with_help().help)) is None:
         return None
@@ -117,7 +117,7 @@ def offer(diagnostic: Diagnostic) -> Offer | None:
 
 
 def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics about one unknown name, or about one unused definition with a similar name."""
+    """Merge errors about the same unknown name, or about names that resemble the same unused definition."""
     groups: list[list[Diagnostic]] = []
     known: dict[object, list[Diagnostic]] = {}
     for diagnostic in sorted(diagnostics, key=order):
@@ -127,7 +127,8 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
             keys = [offered.name, tuple(sorted(offered)), *((home.source.path, *home[1:3]) for home in homes if home)]
             steps = [*zip(offered.name.split("."), offered.meant.split("."), strict=False)]
             differing = [step for step in steps if step[0] != step[1]]
-            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # of a.b and a.c, compare b with c
+            # Report "arm.x" instead of "leg.x", and "arm.y" instead of "leg.y", as one mistake.
+            keys += differing if len(steps) > 1 and len(differing) == 1 else []
         same = next((known[key] for key in keys if key in known), None)
         if same is None:
             groups.append(same := [])
@@ -135,7 +136,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         for key in keys:
             known.setdefault(key, same)
     result: list[Diagnostic] = []
-    for first, *rest in groups:  # errors of one rule at the same position are different mistakes: keep all of them
+    for first, *rest in groups:  # errors of the same rule at the same position are separate mistakes: keep them
         separate = [other for other in rest if other.span == first.span and other.rule == first.rule]
         others = [other for other in rest if other not in separate]
         shown = [first.span, *(related.span for related in first.related)]
@@ -147,7 +148,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
-    """Move an error about an unknown name to the related position where that name was written."""
+    """Move an error to the related position that has the unknown name; its old position becomes a related position."""
     span, related = diagnostic.span, diagnostic.related
     if span is None or offered is None:
         return diagnostic
@@ -158,11 +159,11 @@ def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
 
 
 def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
-    """Return the first span whose text has a word that is in ``name`` but not in ``other``."""
+    """Return the first span that contains a word of ``name`` that is not in ``other``, or None."""
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
         depths = accumulate((letter in "[{") - (letter in "]}") for letter in text)
-        # The text of a list or table ends at its closing bracket, or is cut at the end of the line.
+        # The text of a value in brackets ends at the closing bracket, or at the end of the line.
         end = next((at for at, depth in enumerate(depths) if depth == 0), len(text))
         words = re.findall(r"[\w-]+", text[: end or span.length])
         if any(word in name and word not in other for word in words):

@@ -1,4 +1,4 @@
-"""Load plug-ins: entry points of other distributions. An unusable plug-in is an error; none replaces a built-in."""
+"""Load plug-ins: entry points that other Python distributions declare. They cannot replace built-in features."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PREFIX = "rosorin_compile."
 
 
 class Plugin(NamedTuple):
-    """One entry point of a distribution, such as ``wheels = toy.rules:wheels`` in the group "rules"."""
+    """An entry point of a distribution; ``group`` is "rules" for the entry point group "rosorin_compile.rules"."""
 
     distribution: str
     version: str
@@ -36,7 +36,7 @@ class Plugin(NamedTuple):
 
 
 class PluginFailed(DiagnosticError):
-    """A plug-in raised an exception, and the run cannot continue without the result of the plug-in."""
+    """Raised if a plug-in raised an exception, and the command cannot continue without its result."""
 
 
 def load(
@@ -46,10 +46,16 @@ def load(
     built_in: Callable[[str], bool],
     called: str | None = None,
 ) -> tuple[tuple[tuple[Plugin, T], ...], tuple[Diagnostic, ...]]:
-    """Load the plug-ins of a group; return the objects of type ``kind``, and an error for each unusable plug-in.
+    """Import the plug-ins of a group.
 
-    ``names`` returns the names that an object defines; ``built_in`` returns True for a name that is taken. With
-    ``called``, only the entry points of that name are imported.
+    Args:
+        kind: The type of the object that each entry point must refer to.
+        names: A function that returns the names that such an object defines.
+        built_in: A function that returns True for a built-in name, which a plug-in may not define.
+        called: The name of the only entry points to import. Default: all.
+
+    Returns:
+        The (plug-in, object) pairs, and an error for each plug-in that cannot be used.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
@@ -75,31 +81,31 @@ def load(
 
 
 def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Diagnostic:
-    """Return the error for a plug-in that does not work as it should."""
+    """Create an error about a plug-in; ``what`` continues the message after the name of the plug-in."""
     return error(rule, f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
 
 
 def failed_plugin(plugin: Plugin, problem: BaseException, what: str = "fails") -> Diagnostic:
-    """Return the error for a plug-in that raised an exception."""
+    """Create the error for a plug-in that raised ``problem``; ``what`` is the verb, such as "cannot be loaded"."""
     reason = type(problem).__name__
-    with suppress(Exception):  # str() of the exception runs code of the plug-in, which may also fail
+    with suppress(Exception):  # str() may run code of the plug-in, which may fail, too
         reason = f"{reason}: {problem}".rstrip(": ")
     return broken_plugin(plugin, f"{what}: {reason}")
 
 
 def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
-    """Return the error for a plug-in with a name that is built in, or that another plug-in uses."""
+    """Create the error for a plug-in that defines a built-in name, or a name that the plug-in ``other`` defines."""
     whose = f"which {other} brings, too" if other else "which is built in"
     return broken_plugin(plugin, f'brings "{name}", {whose}', "plugin-clash")
 
 
 def divert_stdout() -> redirect_stdout[TextIO]:
-    """Redirect what a plug-in prints to standard error: standard output is for artifacts."""
+    """Return a context manager that redirects stdout, which is for artifacts, to stderr while a plug-in runs."""
     return redirect_stdout(sys.stderr)
 
 
 def diagnostic_of(value: object) -> Diagnostic:
-    """Validate and return a diagnostic of a plug-in. Raises TypeError, ValueError or AttributeError if invalid."""
+    """Validate an object that a plug-in yielded as a diagnostic. Raises TypeError, ValueError or AttributeError."""
     if not isinstance(value, Diagnostic):
         raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
@@ -114,7 +120,7 @@ def diagnostic_of(value: object) -> Diagnostic:
 
 
 def installed_plugins() -> tuple[Plugin, ...]:
-    """Return all installed plug-ins, loaded or not, sorted by distribution, group and name."""
+    """Return all installed plug-ins, sorted by distribution, group and name, without importing them."""
     return tuple(plugin for plugin, _ in _entry_points())
 
 
@@ -124,7 +130,6 @@ def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
 
 @lru_cache(maxsize=8)
 def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
-    """Return the entry points of all distributions on a path; if one is installed twice, of its first copy."""
     found: dict[str, list[tuple[Plugin, EntryPoint]]] = {}
     for file in (file for entry in dict.fromkeys(path) for file in sorted(Path(entry).glob("*-info/entry_points.txt"))):
         with suppress(Exception):  # skip distributions with broken metadata
@@ -134,7 +139,7 @@ def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
 
             distribution = Distribution.at(file.parent)
             name, _, version = file.parent.stem.partition("-")
-            with suppress(Exception):  # METADATA is missing or damaged
+            with suppress(Exception):
                 name, version = distribution.metadata["Name"] or name, distribution.metadata["Version"] or version
             points = [point for point in distribution.entry_points if point.group.startswith(PREFIX)]
             plugins = [(Plugin(name, version, p.group[len(PREFIX) :], p.name, p.value), p) for p in points]

@@ -1,4 +1,4 @@
-"""Print progress on the last line of a terminal, starting two seconds after ``Progress.show`` or ``begin``."""
+"""Show a progress line in the terminal if a command takes longer than two seconds."""
 
 import os
 import time
@@ -8,21 +8,20 @@ from typing import ClassVar, TextIO
 
 from .wording import printable
 
-_DELAY, _INTERVAL = 2.0, 0.1  # seconds before the line is printed, and between updates
-_WIDTH = 30  # characters of the progress bar
+_DELAY, _INTERVAL = 2.0, 0.1  # seconds until the line appears, and between updates
+_WIDTH = 30  # width of the bar in characters
 
 
 class Progress:
-    """The progress line of this process."""
+    """The progress line of this process, which is printed only after a call of ``show``."""
 
     _stream: ClassVar[TextIO | None] = None
     _topic = _kind = ""
-    _due = _next = 0.0  # monotonic times (s): of the first output, and of the next update for the same activity
+    _due = _next = 0.0  # monotonic times (s) of the first output, and of the next update
     _is_shown = False
 
     @classmethod
     def show(cls, stream: TextIO) -> None:
-        """Start to print progress to a terminal."""
         cls._stream, cls._topic = stream, ""
         cls.begin()
 
@@ -33,18 +32,20 @@ class Progress:
 
     @classmethod
     def begin(cls) -> None:
-        """Restart the delay before the first output, as ``watch`` does for each change of a file."""
+        """Hide the line and restart the two-second delay, for example when ``watch`` compiles again."""
         cls.wipe()
         cls._due, cls._next, cls._kind = time.monotonic() + _DELAY, 0.0, ""
 
     @classmethod
     def set_topic(cls, topic: str) -> None:
-        """Prefix the line with a topic, such as the name of a robot."""
         cls._topic = topic
 
     @classmethod
     def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
-        """Print that ``done`` of ``total`` steps (0 if unknown) are done, or only the bar if ``counted`` is False."""
+        """Show the activity ``what``, and a progress bar for ``done`` of ``total`` steps.
+
+        If ``total`` is 0, the number of steps is unknown. If ``counted`` is False, the bar is shown without numbers.
+        """
         if cls._stream is None:
             return
         now, is_new, cls._kind = time.monotonic(), what != cls._kind, what
@@ -54,20 +55,20 @@ class Progress:
         text = printable(f"{cls._topic} {what}".strip())
         text += f" {done:,}" if counted and (done or total) else ""
         if total:
-            share = min(1.0, done / total)  # a recording may have more messages than its header declares
+            share = min(1.0, done / total)  # a rosbag may have more messages than its metadata declare
             text += f" of {total:,}" if counted else ""
             text += f" [{'#' * int(_WIDTH * share):.<{_WIDTH}}] {int(100 * share):3d}%"
         columns = 80
         with suppress(OSError, ValueError, AttributeError):
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
-        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # non-ASCII letters may be wide
+        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # non-ASCII may need two columns
             text = text[:-1]
         cls._write(f"\r{text}\x1b[K", True)
 
     @classmethod
     @contextmanager
     def hide_steps(cls) -> Iterator[None]:
-        """Suspend progress in the block, which is a single step of the caller."""
+        """Suppress progress output in the ``with`` block, which is a single step of the caller."""
         stream, cls._stream = cls._stream, None
         try:
             yield
@@ -76,7 +77,6 @@ class Progress:
 
     @classmethod
     def wipe(cls) -> None:
-        """Erase the progress line before other output is printed."""
         if cls._is_shown:
             cls._write("\r\x1b[K", False)
 

@@ -1,4 +1,4 @@
-"""Locate descriptions, their output folders, and the data files of the tool."""
+"""Locate robot descriptions, their output folders, and the data files of this package."""
 
 import os
 import re
@@ -23,25 +23,28 @@ _on_stdin: list[bytes] = []
 
 
 class NoDescription(Exception):
-    """No description has the requested name; the message lists the descriptions that exist."""
+    """Raised if no description has the requested name; the message lists the existing descriptions."""
 
 
 @dataclass(frozen=True)
 class Description:
-    """A description: its name, its main file, and the folder of its artifacts."""
+    """The name of a robot description, the path of its main file, and the folder of its artifacts (``outputs``)."""
 
     name: str
     path: Path
     outputs: Path
 
-    STDIN: ClassVar[str] = "-"  # the name of a description on standard input
-    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # path of "-" in messages; includes are relative to the current folder
+    STDIN: ClassVar[str] = "-"  # the name that means standard input
+    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # path of standard input in messages
     ENDINGS, ROOT_FILE, FOLDER, OUTPUTS = ENDINGS, ROOT_FILE, DESCRIPTIONS, "outputs"
     SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # relative to the folder descriptions/
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> "list[Description]":
-        """Return the descriptions of the names, folders or files; without any, all here. Raises NoDescription."""
+        """Find descriptions by name, folder or main file, or all descriptions of the project if ``names`` is empty.
+
+        ``outputs`` is the folder that contains one subfolder of artifacts per robot. Raises NoDescription.
+        """
         if paths := [first_file(name) for name in names] or all_here():
             return [cls.from_path(path, outputs) for path in paths]
         why = (
@@ -53,7 +56,7 @@ class Description:
 
     @classmethod
     def from_path(cls, path: Path, outputs: str | None = None) -> "Description":
-        """Return the description with this main file; its artifacts are in a subfolder of ``outputs``."""
+        """Create a description from the path of its main file; its artifacts are in a subfolder of ``outputs``."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
         base = Path(cls.OUTPUTS if outputs is None else outputs)
@@ -65,20 +68,20 @@ class Description:
 
     @classmethod
     def project_folder(cls) -> Path:
-        """Return the project folder around the current folder, as a relative path; without one, the current folder."""
+        """Return the nearest parent folder with ``descriptions/``, as a relative path, or the current folder."""
         return next((folder for folder in _upwards() if all_in(folder)), Path())
 
     @staticmethod
     def nearest_file(path: Path) -> Path | None:
-        """Return the file in the same folder with a similar name, whatever its extension, or None."""
-        with suppress(OSError, ValueError):  # the folder does not exist, or the path has invalid characters
+        """Return the file whose name is most similar to that of a missing file, ignoring extensions, or None."""
+        with suppress(OSError, ValueError):
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
             return stems.get(nearest(path.stem, stems) or "")
         return None
 
     @property
     def projects(self) -> tuple[Path, ...]:
-        """The project folders that contain the description (see ``homes``), or its folder if it is in no project."""
+        """The project folders of the description: two if its main file is a symlink into another project."""
         return tuple(
             next((folder.parent for folder in (home, *home.parents) if folder.name == DESCRIPTIONS), home)
             for home in homes(self.path)
@@ -86,33 +89,33 @@ class Description:
 
 
 def give_stdin(data: bytes) -> None:
-    """Register data from standard input as the description ``-``."""
+    """Store the contents of standard input, which the description "-" then refers to."""
     _on_stdin[:] = [data]
 
 
 def stdin_of(path: Path) -> bytes | None:
-    """Return the data from standard input if the path denotes it, or None."""
+    """Return the stored contents of standard input if ``path`` is ``Description.ON_STDIN``, or None."""
     return _on_stdin[0] if _on_stdin and path == Description.ON_STDIN else None
 
 
 def all_here() -> list[Path]:
-    """Return the main files of all descriptions of the current project, sorted by name."""
+    """Return the main files of all descriptions in the current project, sorted by name."""
     return all_in(Description.project_folder())
 
 
 def all_in(project: Path) -> list[Path]:
-    """Return the main files of all descriptions of a project, sorted by name. Raises OSError."""
+    """Return the main files of all descriptions in a project, sorted by name. Raises OSError."""
     return [folder / ROOT_FILE for folder in _description_folders(project) if _has_first_file(folder)]
 
 
 def descriptions_of(changed: Iterable[str]) -> list[Path]:
-    """Return the main files of all descriptions of the projects that contain the files, sorted."""
+    """Return the main files of all descriptions in the projects that contain the ``changed`` files, sorted."""
     projects = (next(filter(None, map(all_in, Path(file).parents)), []) or all_here() for file in changed)
     return sorted({path for project in projects for path in project})
 
 
 def nearest_descriptions() -> list[Description]:
-    """Return the description in or above the current folder, or all of the current project. Raises NoDescription."""
+    """Return the description that contains the current folder, or all in the project. Raises NoDescription."""
     for folder in _upwards():
         if all_in(folder):
             break
@@ -122,8 +125,8 @@ def nearest_descriptions() -> list[Description]:
 
 
 def without_first_file(project: Path) -> list[tuple[str, str]]:
-    """Return a message and a fix for each folder in ``descriptions/`` without a main file. Raises OSError."""
-    # Do not report a folder of shared files: files of other folders contain its name.
+    """Return (message, fix) for each folder in ``descriptions/`` that lacks a main file. Raises OSError."""
+    # A folder of shared files needs no main file; it is recognized because other descriptions mention its name.
     folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
     lacking = [folder for folder in folders if not _has_first_file(folder)]
     text = b"".join(_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")) if lacking else b""
@@ -136,17 +139,15 @@ def _description_folders(project: Path) -> list[Path]:
 
 
 def _has_first_file(folder: Path) -> bool:
-    """Return True if a folder has a main file, even if it is a dangling link or unreadable."""
     try:
         return bool((folder / ROOT_FILE).lstat())
-    except PermissionError:  # reading the description will report this
+    except PermissionError:  # this is reported when the description is read
         return not folder.name.startswith(".")
     except OSError:
         return False
 
 
 def _misnamed(folder: Path) -> Path | None:
-    """Return the file in a folder that is probably its main file, by its name or content, or None."""
     inside = [file for file in sorted(folder.iterdir()) if file.suffix.lower() in ENDINGS]
     named = [file for file in inside if file.stem.lower() == Path(ROOT_FILE).stem]
     return next((f for f in (*named, *inside) if f in named or re.search(rb"^robot:", _beginning(f), re.M)), None)
@@ -165,9 +166,9 @@ def _no_first_file(folder: Path) -> tuple[str, str]:
 
 
 def _upwards() -> Iterator[Path]:
-    """Yield the current folder and its parents as relative paths, up to one that is writable by all, such as /tmp."""
+    """Yield ".", ".." and so on, and stop before a folder that all users can write, such as /tmp."""
     here = Path.cwd()
-    with suppress(OSError):  # a parent may be unreadable
+    with suppress(OSError):
         for depth, folder in enumerate((here, *here.parents)):
             if depth and folder.stat().st_mode & stat.S_IWOTH:
                 return
@@ -175,19 +176,19 @@ def _upwards() -> Iterator[Path]:
 
 
 def homes(path: Path) -> tuple[Path, ...]:
-    """Return the folder of a description and, if colcon installed it as a link, the folder of the source file."""
+    """Return the folder of a description and, if its main file is a symlink (colcon), the folder of the target."""
     here = files.resolve(path.parent)
-    with suppress(OSError, RuntimeError):  # a loop of links
+    with suppress(OSError, RuntimeError):
         if path.is_symlink() and (there := files.resolve(path).parent) != here:
             return here, there
     return (here,)
 
 
 def first_file(name: str) -> Path:
-    """Return the main file of a description, requested by file, folder or name. Raises NoDescription."""
+    """Return the main file of the description with this path, folder or name. Raises NoDescription."""
     if name == Description.STDIN and _on_stdin:
         return Description.ON_STDIN
-    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # a file: do not search parent folders
+    if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # a path, not the name of a description
         return Path(name)
     places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.project_folder(), DESCRIPTIONS, name))
     for path in (*(place / ROOT_FILE for place in places), Path(name)):
@@ -202,7 +203,6 @@ def first_file(name: str) -> Path:
 
 
 def _may_be_file(path: Path) -> bool:
-    """Return True if a file exists or is inaccessible; reading it later reports the reason."""
     try:
         return files.is_file(path)
     except PermissionError:
@@ -210,7 +210,7 @@ def _may_be_file(path: Path) -> bool:
 
 
 def no_file(path: Path, of: str = "") -> str:
-    """Return the message for a path that is not a readable file; ``of`` is the content, such as "arguments"."""
+    """Return the message for a path that is not a regular file; ``of`` is the expected content, such as "arguments"."""
     what = f" of {of}" if of else ""
     if not files.exists(path):
         return f'there is no file "{str(path)[:200]}"{what}'
@@ -222,7 +222,7 @@ ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
 
 
 class PackageFolder(NamedTuple):
-    """A package that was looked up by name; ``kind`` is ``ROS_PACKAGE`` or ``PYTHON_PACKAGE``; the path is absolute."""
+    """A ROS or Python package that a description refers to by name, and the absolute path of its folder."""
 
     kind: str
     name: str
@@ -230,18 +230,18 @@ class PackageFolder(NamedTuple):
 
 
 def python_folder(package: str) -> Path | None:
-    """Return the folder of an installed Python package without importing it, or None."""
+    """Return the folder of an installed Python package, or None. The package is not imported."""
     places = package_folders(package) if package.isidentifier() else ()
     return Path(places[0]) if places and files.is_folder(places[0]) else None
 
 
 _DATA = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
-_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # maps each data package to its folder in a checkout
+_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # data package: its folder in a Git checkout
 _CHECKOUT = Path(__file__).parents[3]
 
 
 def data_folder(name: str) -> Path:
-    """Return the folder of a data package ("templates", "schemas", ...), in a checkout the folder of the repository."""
+    """Return the folder of data files, such as "templates" or "schemas", in the package or in a Git checkout."""
     if (_CHECKOUT / "pyproject.toml").is_file() and (_CHECKOUT / _DATA[name]).is_dir():
         return _CHECKOUT / _DATA[name]
     package = "viewer.built" if name == "viewer" else name
@@ -250,5 +250,5 @@ def data_folder(name: str) -> Path:
 
 @cache
 def tool_folders() -> dict[str, Path]:
-    """Return the folders of the tool by name: the folder of the code, then the folders of data packages."""
+    """Return the folders of this package by name: the folder of the code, and the folders of data files."""
     return {"rosorin_compile": Path(__file__).parents[1], **{name: data_folder(name) for name in _DATA}}

@@ -1,4 +1,4 @@
-"""The registry of rules: ``@rule`` declares rules that check a robot; ``schemas/rules.json`` has all other rules."""
+"""The registry of rules, which are declared by ``@rule`` on a function, or listed in ``schemas/rules.json``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Heading:
-    """Headings of the reference page of rules; ``schemas/rules.json`` has further headings."""
+    """Headings of docs/rules.md under which rules are listed; ``schemas/rules.json`` has further headings."""
 
     FILES, ARGUMENTS = "Files and YAML", "Arguments, named values, expressions, parts"
     SHAPE, JOINTS, NUMBERS, POSES = "Shape", "Links and joints", "Numbers", "Servos and poses"
@@ -32,7 +32,6 @@ class Heading:
     CONTROL, PLUGINS = "Hardware and controllers of ros2_control", "Plug-ins"
 
 
-# Short names for modules of this package.
 ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
 FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
 SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
@@ -42,35 +41,35 @@ _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "len
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule as the reference page documents it."""
+    """A rule for robots or their files; diagnostics refer to it by ``id``, and docs/rules.md documents it."""
 
     id: str
     what: str = ""  # Markdown
     help: str = ""  # Markdown
-    topic: str = ""  # heading on the page
-    accept: str = ""  # what ``of`` in ``accept`` may name to suppress the rule: "link", "joint", "link or joint"
-    imported: str = ""  # when an imported description suppresses the rule: "always", or "lenient" (with --lenient)
-    asked: str = ""  # what must be requested for the rule to be checked: "meshes", "physics", "simulation"
+    topic: str = ""  # heading in docs/rules.md
+    accept: str = ""  # what an "accept" entry must name to suppress the rule: "link", "joint", "link or joint"
+    imported: str = ""  # when imported descriptions suppress the rule: "always", or "lenient" (with --lenient)
+    asked: str = ""  # "meshes", "physics" or "simulation": the rule is checked only if this is requested
 
     @property
     def mild(self) -> bool:
-        """Whether diagnostics of the rule can be warnings or notes, according to its text."""
+        """Whether ``what`` mentions a warning or note, that is, whether the rule can report less than an error."""
         return re.search(r"(?i)(?<![^\s:,])(warning|note)(?![^\s:,])", self.what) is not None
 
     @property
     def severity(self) -> str:
-        """The default severity of the rule: "warning" or "note" if its text begins with that word, else "error"."""
+        """The default severity: "warning" or "note" if ``what`` begins with "A warning" or "A note", else "error"."""
         return next((word for word in ("warning", "note") if self.what.startswith(f"A {word}")), "error")
 
     @property
     def hint(self) -> str:
-        """The text ``help`` as a help line of a diagnostic, which begins in lower case."""
+        """The text ``help`` as the help line of a diagnostic: plain text that begins in lower case."""
         text = self.help.replace("`", '"').removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 class Check(NamedTuple):
-    """A function that checks a robot and yields diagnostics, with the rules that it declares."""
+    """A function that checks a robot and yields diagnostics, and the rules that these diagnostics refer to."""
 
     function: Look
     rules: tuple[Rule, ...] = ()
@@ -79,7 +78,7 @@ class Check(NamedTuple):
         return self.function(case)
 
     def ids(self) -> list[str]:
-        """Return the ids of the rules. Raises ValueError if a rule is invalid, or if there are none."""
+        """Return the ids of the rules. Raises ValueError if a rule is invalid, or if there are no rules."""
         for rule in self.rules:
             if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
                 what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
@@ -92,7 +91,10 @@ class Check(NamedTuple):
 def rule(
     id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
-    """Declare a rule that the decorated function checks; ``what`` defaults to the first paragraph of its docstring."""
+    """Declare a rule that the decorated function checks; use several decorators for several rules.
+
+    The arguments are the fields of ``Rule``. ``what`` defaults to the first paragraph of the function's docstring.
+    """
 
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)
@@ -104,30 +106,30 @@ def rule(
 
 
 def checks_of(module: ModuleType) -> tuple[Check, ...]:
-    """Return the checks that a module defines, in the order of definition."""
+    """Return the checks that a module defines, in the order of their definition."""
     checks = (value for value in vars(module).values() if isinstance(value, Check))
     return tuple(check for check in checks if check.function.__module__ == module.__name__)
 
 
-# Rules declared with ``@rule`` in modules imported so far, and rules of the plug-ins of this run, by id.
+# Rules by id: rules declared with ``@rule`` in imported modules, and rules of loaded plug-ins.
 DECLARED: dict[str, Rule] = {}
 OF_PLUGINS: dict[str, Rule] = {}
 
 
 @cache
 def of_stages() -> Mapping[str, Rule]:
-    """Return the rules of ``schemas/rules.json``, which no function declares, by id."""
+    """Return the rules in ``schemas/rules.json``, which no function with ``@rule`` declares, by id."""
     headings = json.loads((data_folder("schemas") / "rules.json").read_text("utf-8"))
     return {id: Rule(id, topic=topic, **texts) for topic, rules in headings.items() for id, texts in rules.items()}
 
 
 def find_declared(id: str) -> Rule:
-    """Return a rule that an imported module or ``schemas/rules.json`` declares, or an empty rule."""
+    """Return a rule without importing modules, or a rule with an empty id if no imported module declares it."""
     return DECLARED.get(id) or of_stages().get(id) or Rule("", "")
 
 
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
-    """Return all built-in rules, or the rules ``ids``, by id; import only the modules that declare these rules."""
+    """Return the built-in rules by id, or only those in ``ids``, and import the modules that declare them."""
     package = Path(__file__).parents[1]
     found = dict(of_stages())
     quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]

@@ -1,4 +1,4 @@
-"""Functions that Windows lacks (owners, locks, limits), and queries about installed Python packages."""
+"""Replace functions that Windows lacks, such as file locks, and find installed Python packages."""
 
 import errno
 import os
@@ -9,24 +9,24 @@ from contextlib import suppress
 AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
 AS_BYTES = getattr(os, "O_BINARY", 0)  # without this flag, Windows converts line ends
 HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
-HAS_FOLDER_HANDLES = AS_FOLDER != 0  # False on Windows, where open files also cannot be renamed
+HAS_FOLDER_HANDLES = AS_FOLDER != 0  # False on Windows, which cannot open folders or rename open files
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
 _missed: dict[str, None] = {}
 
 
 def is_own(status: os.stat_result) -> bool:
-    """Return True if the current user owns a file, or if the system has no owners."""
+    """Return True if the current user owns a file, or if files have no owners (Windows)."""
     return not HAS_OWNERS or status.st_uid == os.geteuid()
 
 
 def cores() -> int:
-    """Return the number of cores available to this process."""
+    """Return the number of CPU cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def needs(module: str, without: str) -> None:
-    """Record the message ``without`` for ``take_missing`` if a Python module is missing."""
+    """Try to import a Python module; if it is missing, store the message ``without`` for ``take_missing``."""
     try:
         __import__(module)
     except ImportError:
@@ -34,14 +34,14 @@ def needs(module: str, without: str) -> None:
 
 
 def take_missing() -> list[str]:
-    """Return and clear the messages about missing modules."""
+    """Return and clear the messages that ``needs`` has stored."""
     messages = [*_missed]
     _missed.clear()
     return messages
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
-    """Lock an open file until it is closed. Raises OSError: BlockingIOError if it is locked and not ``wait``."""
+    """Lock an open file until it is closed. Raises BlockingIOError if ``wait`` is False and the file is locked."""
     try:
         import fcntl
     except ImportError:
@@ -50,7 +50,7 @@ def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
 
 
 def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
-    """Create a hard link, also to a symlink itself. Raises OSError (ENOTSUP) if the system has no hard links."""
+    """Create a hard link, even to a symlink. Raises OSError, with ENOTSUP if the system has no hard links."""
     try:
         os.link(source, target, follow_symlinks=False)
     except (AttributeError, NotImplementedError):
@@ -58,19 +58,19 @@ def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None
 
 
 def pip_install(extra: str) -> str:
-    """Return the pip command that installs the packages of an extra; ``rosorin-compile[EXTRA]`` is not on PyPI."""
+    """Return the command that installs the requirements of an extra by name, because this package is not on PyPI."""
     from importlib.metadata import PackageNotFoundError, requires
 
     of_extra = re.compile(rf"""\s*(?:;|\band)\s*extra\s*==\s*["']{extra}["']\s*$""")
     try:
         words = [of_extra.sub("", word) for word in requires("rosorin-compile") or () if of_extra.search(word)]
-    except PackageNotFoundError:  # running from a checkout
+    except PackageNotFoundError:  # the package is not installed, but runs from a checkout
         words = [f"path/to/rosorin-compile[{extra}]"]
     return f"pip install {' '.join(map(shlex.quote, words))}"
 
 
 def package_folders(name: str) -> list[str]:
-    """Return the folders of an installed package, or the file of a module, without importing it; empty if missing."""
+    """Return the folders of a package, or the file of a module, without importing it; [] if it is not installed."""
     from importlib.util import find_spec
 
     with suppress(ImportError, ValueError, AttributeError):
@@ -80,5 +80,5 @@ def package_folders(name: str) -> list[str]:
 
 
 def is_installed(name: str) -> bool:
-    """Return True if a package or module can be imported, without importing it."""
+    """Return True if a Python package or module is installed. It is not imported."""
     return bool(package_folders(name))

@@ -1,4 +1,4 @@
-"""The tree of a YAML file: dicts and lists with the position of every entry, which are not modified later."""
+"""The tree of a YAML file: dicts and lists with the position of every entry. Do not modify a finished tree."""
 
 from __future__ import annotations
 
@@ -12,16 +12,19 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a value got into the tree: by an include, a part or a loop iteration, whose position is ``span``."""
+    """The include, part or loop iteration that inserted YAML into the tree, and its position.
+
+    A part is a group of YAML entries, which each entry of "use" inserts. ``parent`` is the include or part around it.
+    """
 
     message: str
     span: Span
     parent: Instance | None = None
-    made: bool = False  # created by a part or a loop
-    prefix: str = ""  # the prefix of names in the part, after the prefixes of enclosing parts
+    made: bool = False  # True for a part or a loop, False for an include
+    prefix: str = ""  # the prefix of names in the part, including the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
-        """Yield the includes and parts that led here, innermost first; of more than 12 only the first and last ones."""
+        """Yield the includes, parts and loops around a value, innermost first; of more than 12, omit the middle."""
         steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
@@ -33,18 +36,17 @@ class Instance(NamedTuple):
 
 
 class Include(Instance):
-    """An include of a file; ``included`` maps each file of the description to its include."""
+    """The include of a file; ``included`` maps the path of each included file to its ``Include``."""
 
     included: dict[str, Include]
 
 
 def _including(via: Instance | None, span: Span) -> Instance | None:
-    """Return the include of the file that ``span`` is in; ``via`` may be the include of another file."""
     return via.included.get(span.source.path) if isinstance(via, Include) else via
 
 
 class Map(dict[str, "Any"]):
-    """A mapping with the spans of its keys and values; ``via`` is how it got into the tree (None: in the root file)."""
+    """A YAML mapping with the spans of its keys and values; ``via`` is the ``Instance`` that inserted it, or None."""
 
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
@@ -59,7 +61,6 @@ class Map(dict[str, "Any"]):
         self.value_spans[key] = value_span
 
     def put_from(self, other: Map, key: str) -> None:
-        """Set a key to the value that it has in another mapping, with its spans."""
         self.put(key, other[key], other.key_spans[key], other.value_spans[key])
 
     def setdefault_at(self, key: str, value: Any, span: Span) -> None:
@@ -67,7 +68,7 @@ class Map(dict[str, "Any"]):
             self.put(key, value, span, span)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
-        """Return the place of the value at ``path`` or its longest existing prefix; with ``key``, of its last key."""
+        """Return the position of the value at a path (or of its key), or of the nearest parent if there is no value."""
         node: Any = self
         span, via = self.span, self.via
         for depth, step in enumerate(path):
@@ -79,23 +80,22 @@ class Map(dict[str, "Any"]):
         return Place(span, via)
 
     def expression_keys(self) -> list[str]:
-        """Return the keys whose values contain expressions."""
         return [key for key, value in self.items() if "${" in str(value)]
 
     def copy(self) -> Map:
-        """Return a copy to which entries may be added."""
+        """Return a copy of the mapping to which entries may be added."""
         made = self.made_by(self.via)
         made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
         return made
 
     def like(self, changes: Mapping[str, Any]) -> Map:
-        """Return a copy with some values changed; no keys may be added to it."""
+        """Return a copy with some values replaced. It shares the spans of keys, so do not add keys to it."""
         made = self.made_by(self.via)
         made.update(changes)
         return made
 
     def made_by(self, via: Instance | None) -> Map:
-        """Return a copy that got into the tree by ``via``; no keys may be added to it."""
+        """Return a copy with another ``via``. It shares the spans of keys, so do not add keys to it."""
         made = Map(self.span, via)
         made.update(self)
         made.key_spans, made.value_spans = self.key_spans, self.value_spans
@@ -103,7 +103,7 @@ class Map(dict[str, "Any"]):
 
 
 class Seq(list["Any"]):
-    """A sequence with the spans of its items."""
+    """A YAML sequence with the spans of its items; ``via`` is the ``Instance`` that inserted it, or None."""
 
     __slots__ = ("span", "value_spans", "via")
 
@@ -117,13 +117,13 @@ class Seq(list["Any"]):
 
 
 class Text(str):
-    """A string with quotes in YAML, equal to the same string without quotes, which is a plain ``str``."""
+    """A string that is quoted in YAML. An unquoted string is a plain ``str``; both are equal."""
 
     __slots__ = ()
 
 
 class XmlText(Text):
-    """XML elements in a part or a loop: a string with ``via``, which is how it got into the tree."""
+    """A string of XML elements in a description; ``via`` is the part or loop that inserted it."""
 
     __slots__ = ("via",)
     via: Instance | None
@@ -135,13 +135,12 @@ class XmlText(Text):
 
 
 class Place(NamedTuple):
-    """Where a value of the tree was written, and how it got into the tree."""
+    """The position of a value, and the include, part or loop that inserted it (None: it is in the main file)."""
 
     span: Span
     via: Instance | None
 
     def stack(self) -> tuple[Related, ...]:
-        """Return the includes and parts that led here, innermost first."""
         via = self.via
         if via is not None and via.span != self.span:
             via = _including(via, self.span)
@@ -151,7 +150,7 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return how a value got into the tree: ``own``, or ``outer`` of its parent if several parts share the value."""
+    """Return the ``Instance`` of a value: ``own``, or ``outer`` of the parent if several instances share the value."""
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 
@@ -163,14 +162,14 @@ def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
 
 
 def maker(tree: Map, path: Path) -> Instance | None:
-    """Return the instance of the mapping or list at ``path[:-1]``, which determines the scope of its expressions."""
+    """Return the include, part or loop whose variables the expression at a path can use, or None in the main file."""
     own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
-    return own if near is not None and _is_within(near, own) else near  # ``own`` may be another use of the same part
+    return own if near is not None and _is_within(near, own) else near  # parts may share a value
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return the prefix of the part that a value was written in; if ``outside``, that of the enclosing part."""
+    """Return the prefix of names in the part that contains a value, or in the enclosing part if ``outside`` is True."""
     via, prefixes = tree.locate(path).via, []
     while via is not None:
         prefixes += [via.prefix] if via.prefix else []
@@ -179,9 +178,12 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 
 
 def written_place(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
-    """Return where the value (or key) at a path was written, and the span where it is used if that is elsewhere."""
+    """Return where a value is written and, if an alias or a part inserts it elsewhere, the span of that entry.
+
+    ``key`` locates the key instead of the value; ``within`` the key, or the mapping itself if it is defined elsewhere.
+    """
     reached = follow(tree, path)
-    missing, path = reached < len(path), path[:reached]  # for a missing key, the place is the key of its entry
+    missing, path = reached < len(path), path[:reached]  # locate a missing key at the key of the mapping that lacks it
     place = tree.locate(path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree
@@ -201,7 +203,7 @@ def exists(tree: Map, path: Path) -> bool:
 
 
 def value_at(tree: Map, path: Path) -> Any:
-    """Return the value at a path, or None if there is none."""
+    """Return the value at a path, or None if the path does not exist."""
     node: Any = tree
     for step in path:
         node = node[step] if has(node, step) else None
@@ -209,7 +211,7 @@ def value_at(tree: Map, path: Path) -> Any:
 
 
 def follow(tree: Map, path: Path) -> int:
-    """Return the number of leading steps of a path that exist in the tree."""
+    """Return how many steps of a path, from the root on, exist in the tree."""
     return next((depth for depth, step in enumerate(path) if not has(value_at(tree, path[:depth]), step)), len(path))
 
 

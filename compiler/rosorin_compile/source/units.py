@@ -1,7 +1,7 @@
 """Quantities: numbers with a unit, converted to SI units when they are parsed.
 
-Dimensions are exponents of (metre, kilogram, second, radian). A bare number has no dimension, and is in SI units.
-Unit values: SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
+A dimension is a tuple of the exponents of (metre, kilogram, second, radian). A bare number has no unit, and is in SI
+units. Values: SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
 """
 
 import math
@@ -14,7 +14,7 @@ NUMBER: Dimension = (0, 0, 0, 0)
 LENGTH, MASS, TIME, ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)
 _TURN = 2 * math.pi
 
-# Each dimension: its description with the SI unit, its exponents, its units.
+# One row per dimension: name and SI unit, exponents, and the value of each unit in SI units.
 _TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
     ("length (m)", LENGTH, {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "ft": 0.3048}),
     ("mass (kg)", MASS, {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}),
@@ -38,11 +38,11 @@ UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, va
 _NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
 _NAMES[NUMBER] = "a plain number"
 _SI_UNITS = {dimension: words[words.index("(") + 1 : -1] for words, dimension, _ in _TABLE if words}
-# The names of dimensions that are valid as "type" of a parameter, such as "length".
+# Names of dimensions, such as "length", which are allowed as "type" of a parameter.
 _WORDS = (words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_") for words, _, _ in _TABLE[:11])
 DIMENSIONS: dict[str, Dimension] = {word: row[1] for word, row in zip(_WORDS, _TABLE, strict=False)}
 
-MAX_LENGTH = 100  # characters of a quantity; longer text is not parsed
+MAX_LENGTH = 100  # maximum number of characters of a quantity
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BARE = re.compile(rf"{_NUMBER}\Z")
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
@@ -50,7 +50,7 @@ _FACTOR = re.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
 
 
 class Quantity(float):
-    """A number in SI units with its dimension; ``text`` is the source text."""
+    """A float in SI units with its dimension; ``text`` is the source text, such as "12.5 mm"."""
 
     __slots__ = ("dimension", "text")
     dimension: Dimension
@@ -64,7 +64,7 @@ class Quantity(float):
     @staticmethod
     @lru_cache(maxsize=1_000)
     def parse(text: str) -> "Quantity | None":
-        """Return the quantity of a text such as "12.5 mm", or None if it is not a number with a valid unit."""
+        """Parse a text such as "12.5 mm". Return None if it is not a number with a known unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None
         if match is None or unit is None:
@@ -86,12 +86,12 @@ class Quantity(float):
 
 
 def dimension_of(value: float) -> Dimension | None:
-    """Return the dimension of a quantity, or None for a bare number."""
+    """Return the dimension of a quantity, or None for a plain number."""
     return value.dimension if isinstance(value, Quantity) else None
 
 
 def in_si(value: float, dimension: Dimension) -> Quantity:
-    """Convert a bare number, which is in SI units, to a quantity of a dimension."""
+    """Convert a number in SI units to a ``Quantity`` with a dimension."""
     try:
         number = float(value)
     except OverflowError:  # an int that is too large for a float
@@ -100,18 +100,18 @@ def in_si(value: float, dimension: Dimension) -> Quantity:
 
 
 def has_unit(value: object) -> bool:
-    """Return True for a quantity that was written with a unit, not made from a bare number by ``in_si``."""
+    """Return True for a quantity that was parsed with a unit, False for a number or a result of ``in_si``."""
     return isinstance(value, Quantity) and _BARE.match(value.text) is None
 
 
 def describe(dimension: Dimension) -> str:
-    """Return a dimension in words, such as "a length (m)"."""
+    """Describe a dimension in words, such as "a length (m)"."""
     return _NAMES.get(dimension) or f"a quantity in {Quantity(0.0, dimension).unit}"
 
 
 @lru_cache(maxsize=1_000)
 def parse_unit(text: str) -> tuple[float, Dimension] | None:
-    """Return the SI value and dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``, or None if it is unknown."""
+    """Return (value in SI units, dimension) of a unit such as ``mm``, ``N*m`` or ``kg*m^2``, or None if unknown."""
     value, dimension, end = 1.0, NUMBER, 0
     for match in _FACTOR.finditer(text):
         operator, name, power = match.groups()
@@ -126,12 +126,12 @@ def parse_unit(text: str) -> tuple[float, Dimension] | None:
 
 @lru_cache(maxsize=1_000)
 def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
-    """Return the dimension of ``first * second ** times``, by adding exponents."""
+    """Return the dimension of the product ``first * second**times``."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
     return (a, b, c, d)
 
 
 def unknown_unit(text: str) -> str | None:
-    """Return the unit if a text looks like a quantity with an unknown unit, or None."""
+    """Return the unit in a text such as "5 foo" if it is unknown, or None for any other text."""
     match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
     return match[2] if match and parse_unit(match[2]) is None else None

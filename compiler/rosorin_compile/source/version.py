@@ -1,7 +1,7 @@
-"""The version of the tool."""
+"""The version of this package."""
 
 __version__ = "0.3.0"
 
-# The URL of the project's files in a browser, ending in "/"; empty until it is published (RELEASING.md). The links in
-# SARIF and the URLs of the package, which setup.py writes, are derived from it.
+# Base URL of the files of the project, ending in "/"; empty until the project is published (RELEASING.md). Links in
+# SARIF reports and URLs in the metadata of the package (setup.py) are derived from it.
 HOME = ""

@@ -10,22 +10,21 @@ MAX_COMPARED, MAX_LISTED, MAX_SUGGESTED = 60, 40, 3
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the valid name that is most similar to ``word``, or None if none is similar."""
+    """Return the name in ``known`` that is most similar to ``word``, or None if no name is similar."""
     return next(iter(_similar(word, sorted(known))), None)
 
 
 def _similar(word: str, names: list[str]) -> list[str]:
-    """Return the most similar name, several names if they are equally similar, or an empty list."""
     if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
         return same[:1]
     if (known := set(names)) and (slips := [made for made in swaps(word) if made in known]):
         return slips[:1]
     own = _parts(word)
-    if len(names) > MAX_COMPARED:  # comparing is slow, and many names may be misspelled
-        first = "".join(own)[:1] or word[:1]  # the first letter without signs: l for /laser
+    if len(names) > MAX_COMPARED:  # comparing is slow: keep names of similar length with the same first letter
+        first = "".join(own)[:1] or word[:1]  # without punctuation: "l" for "/laser"
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
         names = [name for name in names if name.casefold() == word.casefold()][:1] or names[:MAX_COMPARED]
-    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # a single letter resembles every name
+    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # a single letter is similar to every name
     equal = [name for name, of in parts.items() if "".join(of) == ("".join(own) or word)]
     if equal or (equal := [name for name, of in parts.items() if sorted(of) == sorted(own)]):
         return equal[:1]
@@ -50,7 +49,6 @@ def _parts(name: str) -> list[str]:
 
 
 def _contains(longer: list[str], shorter: list[str]) -> bool:
-    """Return True if the words of one name are consecutive words of another, or its beginning or end."""
     long, short = "".join(longer), "".join(shorter)
     is_end = len(short) > 3 and (long.startswith(short) or long.endswith(short))
     is_within = any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
@@ -58,12 +56,12 @@ def _contains(longer: list[str], shorter: list[str]) -> bool:
 
 
 def suggest(*candidates: str) -> str:
-    """Return the help for a name that is certainly one of the candidates: 'did you mean "x"?'."""
+    """Return the help 'did you mean "x" or "y"?' for the candidates x and y."""
     return "did you mean " + " or ".join(f'"{name}"' for name in candidates) + "?"
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return 'did you mean "x"?' for the most similar valid names, else ``otherwise`` and the list of valid names."""
+    """Return the help 'did you mean "x"?' or, if no name is similar, ``otherwise`` and the valid names."""
     names = sorted(known)
     if close := _similar(word, names):
         looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
@@ -73,8 +71,8 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"{otherwise} ({known})" if known and otherwise else known or otherwise
 
 
-# Pairs of a Cyrillic, Greek or Armenian letter, or a dash, and the ASCII character that it looks like: the entries of
-# Unicode's list of confusables (https://www.unicode.org/reports/tr39/) that other keyboards have.
+# Alternating: a Cyrillic, Greek or Armenian letter or a dash, and the ASCII character that it looks like, according to
+# Unicode's list of confusables (https://www.unicode.org/reports/tr39/).
 _ALIKE = (
     "аaсcеeоoрpхxуyіiјjѕsԁdһhԛqԝwѵvӏlАAВBЕEІIЈJКKМMНHОOРPСCТTУYХXЅSԌGҮY"
     "οoνvρpιiκkυuχxΑAΒBΕEΖZΗHΙIΚKΜMΝNΟOΡPΤTΥYΧXϲcϳj"
@@ -82,14 +80,14 @@ _ALIKE = (
     "ɑaɡg‐-‑-‒-–-—-−-"
 )
 LATIN = str.maketrans(_ALIKE[::2], _ALIKE[1::2])
-# Invisible letters that Unicode does not classify as control or format: joiners, fillers and variation selectors.
+# Invisible characters that are not in Unicode's categories for control and format characters.
 _FILLERS = "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0"
 _SELECTORS = re.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
 _WORD = re.compile(r"[^\W\d_]+")
 
 
 def hidden_letter(name: str) -> str:
-    """Return the first invisible letter of a name, such as a control character or a zero-width space, or ''."""
+    """Return the first invisible character of a name, such as a zero-width space, or an empty string."""
     if name.isascii() and name.isprintable():
         return ""
     from unicodedata import category
@@ -99,20 +97,20 @@ def hidden_letter(name: str) -> str:
 
 
 def foreign(name: str) -> str:
-    """Return the first letter of another script that looks Latin, in a word that has Latin letters, or ''."""
+    """Return the first letter that looks Latin but is, for example, Cyrillic, in a word with Latin letters, or ''."""
     mixed = (word for word in _WORD.findall(name) if not word.isascii() and any(map(str.isascii, word)))
     return next((letter for word in mixed for letter in word if ord(letter) in LATIN), "")
 
 
 def in_words(letter: str) -> str:
-    """Return the code point and Unicode name of a letter: U+200B ZERO WIDTH SPACE."""
+    """Return the code point and Unicode name of a character, such as "U+200B ZERO WIDTH SPACE"."""
     from unicodedata import name
 
     return f"U+{ord(letter):04X} {name(letter, '')}".rstrip() + ("" if name(letter, "") else ", a control character")
 
 
 def look(name: str, case: bool = True) -> str:
-    """Return a key that is equal for names that look alike and, if ``case``, for names that differ only in case."""
+    """Return a key that is equal for names that look the same; ``case`` also ignores upper and lower case."""
     if not name.isascii():
         from unicodedata import normalize
 
@@ -122,7 +120,7 @@ def look(name: str, case: bool = True) -> str:
 
 
 def difference(name: str, other: str) -> str:
-    """Describe how two names that look alike differ."""
+    """Describe how two names that look the same differ, such as "upper and lower case"."""
     from unicodedata import normalize
 
     letters = [letter for letter in name + other if (letter in name) != (letter in other)]
@@ -137,36 +135,36 @@ def difference(name: str, other: str) -> str:
 
 @lru_cache(maxsize=16)
 def split_lines(text: str) -> list[str]:
-    """Return the lines of a text as YAML counts them. The list is cached: do not modify it."""
+    """Split a text at the line ends that the YAML parser recognizes. The list is cached: do not modify it."""
     return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 
 def printable(text: str, keep: str = "") -> str:
-    """Escape control characters except those in ``keep``, so that no file can send commands to the terminal."""
+    """Escape control characters except those in ``keep``, so that a text cannot send commands to the terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def mask_controls(text: str, keep: str = "") -> str:
-    """Replace control characters except those in ``keep`` by question marks, for formats that cannot contain them."""
+    """Replace control characters except those in ``keep`` by question marks, for formats that cannot escape them."""
     return "".join(c if c.isprintable() or c in keep else "?" for c in text)
 
 
 def plural(noun: str, count: int) -> str:
-    """Return the form of a noun that follows a number: singular for 1, else plural."""
+    """Return a noun in the plural, or unchanged if ``count`` is 1."""
     if count != 1 and noun.endswith("y") and noun[-2] not in "aeiou":
         return f"{noun[:-1]}ies"
     return noun if count == 1 else f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
 
 
 def count_of(count: int, noun: str) -> str:
-    """Return a number with its noun, such as "1 joint" or "2 joints"."""
+    """Format a number with a noun, such as "1 joint" or "2 joints"."""
     return f"{count:,} {plural(noun, count)}"
 
 
 def first_of(names: Sequence[str], most: int) -> str:
-    """Join names with commas; list at most ``most`` names, and then the number of further names."""
+    """Join names with commas; after ``most`` names, append a count such as " and 3 more"."""
     return f"{', '.join(names[:most])}{and_more(len(names) - most)}"
 
 
@@ -176,7 +174,7 @@ def and_more(count: int, of: str = "") -> str:
 
 
 def phrase(words: Iterable[str], most: int | None = None) -> str:
-    """Join words with commas and "and"; list at most ``most`` words, and then the number of further words."""
+    """Join words with commas and "and"; after ``most`` words, append a count such as " and 3 more"."""
     *others, last = list(words) or [""]
     if most is not None and len(others) >= most:
         return first_of([*others, last], most)
@@ -184,5 +182,5 @@ def phrase(words: Iterable[str], most: int | None = None) -> str:
 
 
 def quote(names: Iterable[str], most: int | None = None) -> str:
-    """Join names as ``phrase`` does, each in quotes."""
+    """Put names in quotes, and join them like ``phrase``."""
     return phrase((f'"{name}"' for name in names), most)

@@ -1,4 +1,4 @@
-"""Explain why a text is not valid YAML: the mistake and its position, often a line above where the parser stops."""
+"""Explain YAML syntax errors: find the mistake, which is often in a line above the one where the parser stops."""
 
 import json
 import re
@@ -20,8 +20,8 @@ _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a multi-line text", "|": "a multi-line text"}
-# (message of libyaml, message to report, fix, True to report it where the enclosing context begins); {letter} is the
-# character at which the parser stopped.
+# (text in libyaml's message, message to report, help, True to report it at the start of the context).
+# {letter} is the character at which libyaml stopped.
 _REPORTS = (
     ("cannot start any token", 'text without quotes cannot begin with "{letter}"', _QUOTE, False),
     ("block sequence entries are not", "a list cannot begin on the line of its key", "move it to the next line", False),
@@ -31,10 +31,10 @@ _REPORTS = (
 
 
 def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
-    """Return the diagnostic for a text that the YAML parser rejects."""
+    """Convert an exception of the YAML parser to a diagnostic that explains the mistake."""
     if isinstance(problem, yaml.reader.ReaderError):
         return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
-    if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # libyaml's limit is 1,000 levels
+    if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # the limit of libyaml is 1,000 levels
         span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
         return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "use fewer nested levels")
     failure = _Failure(source, problem)
@@ -43,8 +43,6 @@ def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
 
 
 class _Failure:
-    """An error of libyaml: where it stopped (``at``), where its context began (``begun``), its message (``what``)."""
-
     def __init__(self, source: Source, problem: yaml.YAMLError) -> None:
         begun = getattr(problem, "context_mark", None)
         mark = getattr(problem, "problem_mark", None) or begun
@@ -58,13 +56,12 @@ class _Failure:
         self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
     def report(self, message: str, help: str, place: Sequence[int] = (), length: int = 1, here: str = "") -> Diagnostic:
-        """Return an error at a line and column; if not where the parser stopped, ``here`` describes that position."""
         line, column = place or self.at
         related = [Related(here, Span(self.source, *self.at))] if here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def mark(self) -> Diagnostic | None:
-        """Report characters that do not belong in YAML: markers of git conflicts, tabs, comments of other languages."""
+        """Report characters that do not belong in YAML: git conflict markers, tabs, comments of other languages."""
         if mark := _CONFLICT.search(self.source.text):
             place = self.source.span(mark.start())[1:3]
             return self.report("unresolved merge conflict", "choose a version, and remove the markers", place, 7)
@@ -83,7 +80,7 @@ class _Failure:
 
     def quote(self) -> Diagnostic | None:
         begun: tuple[int, ...] = self.begun
-        if "quoted scalar" not in self.what:  # the quote was closed by the next one on a later line
+        if "quoted scalar" not in self.what:  # the parser took a later quote as the end of the string
             end = (self.line - 1, len(self.before.rstrip()))
             *_, last = None, *(token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0])
             if last is None or (last.end_mark.line, last.end_mark.column) != end:
@@ -157,7 +154,6 @@ class _Failure:
         return None
 
     def bare_line(self, number: int) -> Diagnostic:
-        """Report a line without a key, or with another sign in place of the colon."""
         if comment := self.foreign_comment(number):
             return comment
         line = self.source.line(number)
@@ -183,7 +179,6 @@ class _Failure:
         return self.report(message, "indent it like the other lines of its entry", (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
-        """Report any other mistake, such as an unclosed bracket, or a character that is special in YAML."""
         text = self.source.text
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
@@ -207,7 +202,6 @@ class _Failure:
         return self.report("YAML cannot be parsed from here on", f"indent with spaces; {_QUOTE}")
 
     def line_above(self, line: int) -> int:
-        """Return the number of the nearest line above that is neither blank nor a comment, or 0."""
         return next((n for n in range(line - 1, 0, -1) if self.source.line(n).lstrip()[:1] not in ("", "#")), 0)
 
 
@@ -217,22 +211,20 @@ def _keys() -> set[str]:
 
 
 def _is_bare(line: str) -> bool:
-    """Return True if a line or list item has no key, and does not begin with a bracket or quote."""
     text = line[_key_indent(line) :].strip()
     return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
 
 
 def _key_indent(line: str) -> int:
-    """Return the indentation of the key of a line, skipping the dash of a list item."""
     return len(line) - len(_ITEM.sub("", line))
 
 
 def quoted_tokens(text: str) -> Iterator[Any]:
-    """Yield the quoted tokens of a text up to the first YAML error."""
+    """Yield the PyYAML tokens of quoted scalars, up to the first syntax error."""
     scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
     try:
         while (token := scanner.get_token()) is not None:
             if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
                 yield token
-    except yaml.YAMLError:  # the parser reports the error
+    except yaml.YAMLError:  # the caller reports the error
         return

@@ -1,4 +1,4 @@
-"""Write strings as YAML, quoted only if necessary, also for YAML 1.1 readers (``on``, ``12:30``, dates)."""
+"""Write strings as YAML scalars, with quotes only if YAML 1.2 or 1.1 needs them (``on``, ``12:30``, dates)."""
 
 import re
 from functools import lru_cache
@@ -12,24 +12,24 @@ _YAML_1_1 = re.compile(
     r"[-+]?(0b[01_]+|0x[0-9a-fA-F_]+|[0-9][0-9_]*)|[-+]?(\.[0-9_]+|[0-9][0-9_]*\.[0-9_]*)([eE][-+]?[0-9]+)?|"
     r"[0-9]{4}-[0-9]{1,2}-[0-9]{1,2}([Tt \t].*)?"  # https://yaml.org/type/timestamp.html
 )
-# Letters that need no escape; many others are invisible, or end a line.
+# Characters that need no escape sequence; many other characters are invisible, or end a line.
 _RAW = re.compile(
     "[ -~\u00a1-\u00ac\u00ae-\u167f\u1681-\u1fff\u2010-\u2027\u2030-\u205e\u2070-\u2fff\u3001-\ud7ff"
     "\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]*"
 )
-_SIGNS = "-?:,[]{}#&*!|>'\"%@`="  # no plain scalar begins with these
+_SIGNS = "-?:,[]{}#&*!|>'\"%@`="  # an unquoted scalar cannot begin with these
 _SHORT = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f": "f", "\r": "r", "\x1b": "e"}
 _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u2029": "P"}
 
 
 class Scalar(str):
-    """A string as a YAML scalar."""
+    """A string, with methods that write it as a YAML scalar."""
 
     __slots__ = ()
 
-    @lru_cache(maxsize=20_000)  # noqa: B019 - the same keys and texts occur in a robot again and again
+    @lru_cache(maxsize=20_000)  # noqa: B019 - a robot repeats keys and values
     def as_text(self, flow: bool) -> str:
-        """Return the scalar on one line, quoted only if necessary; ``flow`` is True inside brackets."""
+        """Write the string on one line, with quotes only if necessary; ``flow`` is True inside [] or {}."""
         has_sign = ": " in self or " #" in self or self.endswith(":") or (flow and any(c in ",[]{}" for c in self))
         is_plain = self != "" and self == self.strip(" ") and self[0] not in _SIGNS and self.is_raw and not has_sign
         if is_plain and not self.startswith("...") and not _YAML_1_1.fullmatch(self) and isinstance(self.value, str):
@@ -39,7 +39,7 @@ class Scalar(str):
         return self.in_quotes()
 
     def in_quotes(self) -> str:
-        """Return the scalar in double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
+        """Write the string in double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
         escaped = (c.encode("unicode_escape", "surrogatepass").decode("ascii") for c in self)
         letters = (
             f"\\{_SHORT[c]}" if c in _SHORT else c if _RAW.fullmatch(c) else escape
@@ -49,10 +49,9 @@ class Scalar(str):
 
     @property
     def is_raw(self) -> bool:
-        """Whether no character needs an escape; a line end needs one."""
         return _RAW.fullmatch(self) is not None
 
     @property
     def value(self) -> Any:
-        """The value that a reader gets without quotes: None, bool, int, float, Quantity or str."""
+        """The value that YAML readers get if the string is not quoted: None, bool, int, float, Quantity or str."""
         return plain_scalar(str(self))

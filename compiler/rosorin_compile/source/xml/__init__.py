@@ -1,1 +1,1 @@
-"""XML: ``markup`` parses it with positions; ``elements`` handles elements that descriptions contain as text."""
+"""Parse XML with source positions (``markup``), and handle XML elements that are stored as strings (``elements``)."""

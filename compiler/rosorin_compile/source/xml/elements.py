@@ -1,4 +1,4 @@
-"""Handle XML elements that are stored as text: parse, compare, indent and rename them, and insert values."""
+"""Parse, compare and indent XML elements that are stored as strings, and escape values that are inserted into XML."""
 
 import math
 import re
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def tree_of(text: str) -> "ElementTree.Element":
-    """Parse a generated XML artifact. Raises ValueError if it is not well-formed, or has a DOCTYPE or entities."""
+    """Parse generated XML to an ElementTree element. Raises ValueError if it is invalid or has a DOCTYPE."""
     from xml.etree import ElementTree  # slow import
 
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
@@ -34,7 +34,7 @@ def tree_of(text: str) -> "ElementTree.Element":
 
 
 def canonical(element: "ElementTree.Element") -> str:
-    """Return an element as text with normalized white space, attribute order and digits, without comments."""
+    """Serialize an element such that white space, attribute order, number format and comments have no effect."""
     attributes = "".join(f' {name}="{_words(value)}"' for name, value in sorted(element.items()))
     content = _words(element.text or "") + "".join(canonical(child) + _words(child.tail or "") for child in element)
     return f"<{element.tag}{attributes}{f'>{content}</{element.tag}' if content else '/'}>"
@@ -56,7 +56,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return (label, value) of each attribute and text in XML; labels have names of elements. Raises MarkupError."""
+    """Return (label, value) of each attribute and text in XML: ("link arm mass value", 1.5). Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:
@@ -73,7 +73,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
 
 
 class FlatElement(NamedTuple):
-    """An XML element: the tags from the outermost element to this one, its attributes, its text, its line (from 1)."""
+    """An XML element without children; ``tags`` are the tags from the root to the element, ``line`` counts from 1."""
 
     tags: tuple[str, ...]
     attributes: dict[str, str]
@@ -82,12 +82,11 @@ class FlatElement(NamedTuple):
 
 
 def _fragment(text: str) -> Element:
-    """Parse a text of XML elements; return a root that contains them. Raises MarkupError."""
     return parse(Source("", f"<robot>{text}</robot>")).root
 
 
 def damage(text: str) -> str:
-    """Return why a text is not a sequence of XML elements, or an empty string if it is."""
+    """Return why a string is not a sequence of XML elements, or an empty string if it is valid."""
     try:
         root = _fragment(text)
     except MarkupError as problem:
@@ -98,7 +97,7 @@ def damage(text: str) -> str:
 
 
 def found_in(text: str) -> list[FlatElement]:
-    """Return all elements of a text in the order of their end tags, or none if it is not XML."""
+    """Return all elements in a string of XML, children before their parents, or [] if the string is invalid."""
     found = []
     with suppress(MarkupError):
         for element in sorted([*_fragment(text).iter()][1:], key=lambda element: element.end):
@@ -109,7 +108,7 @@ def found_in(text: str) -> list[FlatElement]:
 
 
 def kept_text(element: Element, text: str = "") -> Text:
-    """Return the XML of an element, or ``text`` in its place, with the namespace declarations that it needs."""
+    """Return the source text of an element, or ``text`` instead, plus the namespace declarations that it needs."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -122,7 +121,7 @@ def kept_text(element: Element, text: str = "") -> Text:
 
 
 def indent_lines(text: str, indent: str) -> str:
-    """Put ``indent`` before each line of XML elements, but only the first if their content has line ends."""
+    """Indent each line of XML elements by the string ``indent``, or only the first if a value contains line ends."""
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # splitlines() would also split at other characters
     has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))
@@ -141,14 +140,14 @@ _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _IN_QUOTES = _ESCAPES | str.maketrans({'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
-# The function in xml.sax.saxutils would import urllib and http, which is slow.
+# xml.sax.saxutils.quoteattr is not used, because that module imports urllib and http, which is slow.
 def attribute_value(text: str) -> str:
-    """Return a text in quotes, escaped for an attribute."""
+    """Escape a string for an XML attribute, and put it in double quotes."""
     return f'"{text.translate(_IN_QUOTES)}"'
 
 
 def escape_for(before: str, value: str) -> str:
-    """Escape a value for its position in XML after the text ``before``; complete elements between tags stay as is."""
+    """Escape a value for insertion into XML after the text ``before``; complete elements are not escaped."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
@@ -163,7 +162,7 @@ def escape_for(before: str, value: str) -> str:
 
 
 def number_of(text: str) -> float:
-    """Parse a finite number. Raises ValueError."""
+    """Parse a finite number. Raises ValueError for any other text."""
     value = float(text)
     if "_" in text or not math.isfinite(value):
         raise ValueError(f"not a number: {text}")
@@ -171,7 +170,7 @@ def number_of(text: str) -> float:
 
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
-    """Parse numbers separated by spaces. Raises ValueError for other words, or for more or fewer than ``count``."""
+    """Parse white-space separated numbers. Raises ValueError for other text, or if there are not ``count`` numbers."""
     found = tuple(map(number_of, text.split()))
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')

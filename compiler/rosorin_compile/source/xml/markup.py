@@ -1,4 +1,4 @@
-"""Parse XML with the position of every element, attribute and comment; no namespaces, document types or entities."""
+"""Parse XML with the position of every element, attribute and comment. Ignore namespaces; reject a DOCTYPE."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ MAX_DEPTH = 200
 MAX_ELEMENTS = 2_000_000
 COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
-MarkupError = SourceError  # invalid XML, or XML that is not safe to read
+MarkupError = SourceError  # raised for XML that is invalid or unsafe to read
 
-# The text before a declaration. A lazy ".*?" for a comment would take exponential time in the number of comments.
+# Matches the text up to an XML declaration. A lazy ".*?" would take exponential time in the number of comments.
 _DECLARATION = re.compile(r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)")
 _DECLARED = re.compile(r"""encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""")
-# Python's text encodings; its other codecs are for other data, or interpret an escape language.
+# Python's codecs for text. Other codecs decode binary data, or interpret escape sequences.
 _ENCODING = re.compile(r"utf-8|ascii|iso8859|iso2022|cp\d|gb|hz|big5|euc|shift_jis|johab|koi8|mac|tis|ptcp|kz")
 _COMMENT = re.compile("(?s)<!--(.*?)-->")
 _TAG = re.compile(r"""(?s)<!--.*?-->|<!\[CDATA\[.*?\]\]>|(<[A-Za-z_](?:[^<>"']|"[^"]*"|'[^']*')*>)""")
@@ -36,12 +36,12 @@ _NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
-    """Read a file in its declared encoding; errors are reported at ``asked``, if not None. Raises MarkupError."""
+    """Read an XML file in its declared encoding; ``asked`` is where another file refers to it. Raises MarkupError."""
     name = label(path)
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # looks for byte order mark, zero bytes
+    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # detects UTF-16 and UTF-32
     beginning = Source(name, data[:10_000].decode("ascii", "replace"))
     declaration = _DECLARATION.match(beginning.text) if encoding == "utf-8" else None
     if declaration and (declared := _DECLARED.search(beginning.text, declaration.start(1), declaration.end())):
@@ -60,7 +60,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
 
 
 def without_late_declaration(source: Source) -> Source:
-    """Blank a declaration ``<?xml ...?>`` that follows spaces or comments, where tinyxml2 accepts it."""
+    """Blank out an XML declaration that follows spaces or comments, where only tinyxml2 accepts it."""
     match, text = _DECLARATION.match(source.text), source.text
     if match is None or match.start(1) == 0:
         return source
@@ -68,27 +68,27 @@ def without_late_declaration(source: Source) -> Source:
 
 
 def repair(source: Source) -> Source:
-    """Fix errors that other parsers accept: ``--`` in comments, zero bytes at the end, no space between attributes."""
+    """Fix errors that other parsers accept: ``--`` in comments, trailing zero bytes, no space between attributes."""
     bare = source.text.rstrip("\0 \r\n\t")
     text = bare + source.text[len(bare) :].replace("\0", " ")
     text = _COMMENT.sub(lambda comment: f"<!--{re.sub('-(?=-|$)', ' ', comment[1])}-->", text)
     return Source(source.path, _TAG.sub(lambda tag: _NO_SPACE.sub(r"\1 ", tag[1]) if tag[1] else tag[0], text))
 
 
-_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # the line ends of ``Source.line``
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # the same line ends as in ``Source.line``
 _ATTRIBUTE = re.compile(r"""(?s)\s+([^\s=]+)\s*=\s*(["'])(.*?)\2""")
 _WORD = re.compile(r"[^ \t\r\n]+")
 
 
 class Word(NamedTuple):
-    """A word of an attribute value or a text."""
+    """A word of an attribute value or of a text, with its position."""
 
     text: str
     span: Span
 
 
 class Attribute(NamedTuple):
-    """An attribute of an element; its position is searched for only when it is used."""
+    """An attribute of an element. Its positions are found by searching the source when they are accessed."""
 
     element: Element
     name: str
@@ -101,17 +101,15 @@ class Attribute(NamedTuple):
 
     @property
     def raw(self) -> str:
-        """The value as written, with entity references."""
+        """The value in the source text, where ``&lt;`` and other entity references are not replaced."""
         return self._match()[3]
 
     @property
     def start(self) -> int:
-        """The offset of the value in the source."""
         return self._match().start(3)
 
     @property
     def name_start(self) -> int:
-        """The offset of the name in the source."""
         return self._match().start(1)
 
     @property
@@ -130,7 +128,7 @@ class Attribute(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A comment, processing instruction, or text between elements, from offset ``start`` to ``end``."""
+    """A comment, processing instruction or text (``kind``); ``start`` and ``end`` are offsets in the source."""
 
     kind: str
     text: str
@@ -139,7 +137,7 @@ class Remark(NamedTuple):
 
 
 class Element:
-    """An element between the offsets ``start`` and ``end`` of the source; its start tag ends at ``opened``."""
+    """An XML element. ``start`` and ``end`` are its offsets in the source, ``opened`` is the end of its start tag."""
 
     __slots__ = ("attributes", "children", "content", "document", "end", "opened", "parent", "start", "tag")
 
@@ -156,12 +154,11 @@ class Element:
 
     @property
     def text(self) -> str:
-        """The text directly in the element, stripped."""
+        """The text of the element without the text of its children, stripped."""
         return "".join(item.text for item in self.texts).strip()
 
     @property
     def span(self) -> Span:
-        """The span of the tag name in the start tag."""
         return self.document.span(self.start + 1, len(self.tag))
 
     @property
@@ -172,7 +169,6 @@ class Element:
         return self.attributes[name].value if name in self.attributes else default
 
     def iter(self) -> Iterator[Element]:
-        """Yield the element and its descendants in document order."""
         waiting = [self]
         while waiting:
             element = waiting.pop()
@@ -180,7 +176,6 @@ class Element:
             waiting += reversed(element.children)
 
     def ancestors(self) -> Iterator[Element]:
-        """Yield the enclosing elements, the innermost first."""
         element = self
         while element.parent is not None:
             element = element.parent
@@ -188,7 +183,7 @@ class Element:
 
 
 class Document:
-    """A parsed XML document: its root, and the comments and instructions before and after it."""
+    """A parsed XML document: ``root``, and the comments and instructions ``before`` and ``after`` it."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -196,11 +191,11 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
-        self.origin: Callable[[int, int], Span] | None = None  # for generated XML: maps offset and length to a span
-        self.whole: Span | None = None  # for artifacts, which need no positions: the span of all elements
+        self.origin: Callable[[int, int], Span] | None = None  # for generated XML: finds the source of (offset, length)
+        self.whole: Span | None = None  # if set, the span of every element, for artifacts without positions
 
     def span(self, start: int, length: int = 1) -> Span:
-        """Return the span of ``length`` characters at an offset, cut at the end of the line."""
+        """Convert an offset and length in the source to a ``Span``, which ends at the end of the line at the latest."""
         if self.whole is not None:
             return self.whole
         if self.origin is not None:
@@ -212,14 +207,17 @@ class Document:
         return Span(self.source, line, column + 1, max(1, length))
 
     def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
-        """Split a text, ``raw`` at the offset ``start``, into words; with references, each has the span ``whole``."""
-        if self.whole is not None or "&" in raw or "<" in raw:  # offsets differ with entity references and CDATA
+        """Split a text into words with positions; ``raw`` is its source, which begins at the offset ``start``.
+
+        If ``raw`` has entity references, the positions are unknown, and the span of each word is ``whole``.
+        """
+        if self.whole is not None or "&" in raw or "<" in raw:  # entity references and CDATA change offsets
             return [Word(word, whole) for word in text.split()]
         return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
 
 
 def name_of(element: Element) -> str:
-    """Format an element for a message: its tag with its name, or with the nearest enclosing element with a name."""
+    """Format an element for a message: <link name="arm">, or <mass> of <link name="arm"> if it has no name."""
     if name := element.get("name"):
         return f'<{element.tag} name="{name}">'
     above = next((outer for outer in element.ancestors() if outer.get("name")), None)
@@ -227,20 +225,20 @@ def name_of(element: Element) -> str:
 
 
 def words(element: Element) -> list[Word]:
-    """Return the words of the text of an element, each with its span."""
+    """Split the text of an element into words with their positions."""
     document = element.document
     pieces = ((document.source.text[item.start : item.end], item) for item in element.texts)
     return [word for raw, item in pieces for word in document.words(raw, item.text, item.start, element.span)]
 
 
 def place(element: Element) -> Span:
-    """Return the span of the text of an element if it is one word, or of its tag."""
+    """Return the span of the text of an element if the text is a single word, else of the tag."""
     found = words(element)
     return found[0].span if len(found) == 1 else element.span
 
 
 def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the valid word that ``word`` misspells, or None; words with a prefix (``drake:mass``) are extensions."""
+    """Return the name in ``known`` that ``word`` misspells, or None, also for a word with a prefix (``drake:mass``)."""
     if ":" in word or len(word) < 2:
         return None
     lower = {name.lower(): name for name in known if len(name) > 2}
@@ -249,14 +247,14 @@ def correction(word: str, known: Iterable[str]) -> str | None:
 
 
 def new_parser() -> expat.XMLParserType:
-    """Return an expat parser without namespaces, which reports each text in one piece."""
+    """Create an expat parser that ignores namespaces, and passes each text to its handler in one piece."""
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     return parser
 
 
 def parse(source: Source) -> Document:
-    """Parse XML. Raises MarkupError with the position."""
+    """Parse XML. Raises MarkupError with the position of the error."""
     reader = _Reader(source)
     try:
         reader.parser.Parse(reader.data, True)
@@ -267,7 +265,7 @@ def parse(source: Source) -> Document:
 
 
 def parse_artifact(text: str, tag: str) -> Document:
-    """Parse a generated artifact without positions. Raises ValueError if it is not XML, or its root is not ``tag``."""
+    """Parse generated XML without positions. Raises ValueError if it is invalid, or its root element is not ``tag``."""
     try:
         document = parse(Source("", text))
     except MarkupError as problem:
@@ -279,12 +277,10 @@ def parse_artifact(text: str, tag: str) -> Document:
 
 
 class _Reader:
-    """Builds a document from the events of expat."""
-
     def __init__(self, source: Source) -> None:
         self.document = Document(source)
         self.text = source.text
-        self.data = source.text.encode("utf-8", "surrogatepass")  # expat refuses surrogates
+        self.data = source.text.encode("utf-8", "surrogatepass")  # expat rejects surrogates
         self.is_ascii = source.text.isascii()
         self.last = (0, 0)  # offset of the last event, in bytes and in characters
         self.open: Element | None = None
@@ -317,7 +313,7 @@ class _Reader:
         position = start
         for name, value in zip(pairs[::2], pairs[1::2], strict=True):
             made.attributes[name] = attribute = Attribute(made, name, value)
-            if ">" in value:  # search for the end of the tag after this value, where ">" may be unescaped
+            if ">" in value:  # the tag ends after this value, not at the ">" in it
                 position = attribute.start + len(attribute.raw)
         made.opened = self.text.index(">", position) + 1
         if self.open:
@@ -342,7 +338,7 @@ class _Reader:
     def characters(self, text: str) -> None:
         if self.open is None or text.isspace():
             return
-        # With buffer_text, expat is already past the text, so search for its start from the end of the previous item.
+        # With buffer_text, expat reports a text after its end: the text begins after the previous item.
         start = self.open.content[-1].end if self.open.content else self.open.opened
         while start < len(self.text) - 1 and self.text[start].isspace():
             start += 1
@@ -358,7 +354,7 @@ _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
 _ERRORS = expat.errors
 _UNCLOSED = (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
-# Maps some expat errors to a pattern of the invalid text and a help.
+# By expat error: (pattern that matches the invalid text, help).
 _PATTERNS = {
     _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", "remove one"),
     _ERRORS.XML_ERROR_UNDEFINED_ENTITY: (r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?", _ESCAPES),
@@ -366,7 +362,6 @@ _PATTERNS = {
 
 
 def _explained(document: Document, code: int, at: int, open_element: Element | None) -> Diagnostic:
-    """Return the error for a text in which expat stopped at the offset ``at`` with the error ``code``."""
     text, kind, length = document.source.text, expat.errors.messages[code], 1
     at = min(at, max(0, len(text) - 1))
     tag = open_element.tag if open_element else ""
@@ -396,7 +391,6 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
 
 
 def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
-    """Return the offset of an invalid character, the message and the help."""
     letter, comment = text[at : at + 1], text.rfind("<!--", 0, at + 1)
     if letter and not letter.isprintable() and letter not in "\r\n\t":
         help = "remove it" if letter != "\0" or text[at:].strip("\0 \r\n\t") else "remove it; --lenient ignores it"

@@ -1,4 +1,4 @@
-"""Read and convert the arguments of a description, and add requested outputs to its section ``outputs``."""
+"""Read and convert the arguments of a description, and add the outputs that a caller requests."""
 
 import os
 import re

@@ -119,7 +119,7 @@ def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Rules) -> l
 def unused_entries(tree: Map, used: Set[Entry], acceptable: Rules, asked: Collection[str] = ("",)) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that no diagnostic matches.
 
-    ``asked`` has the checks of this run, "physics" or "simulation" ("": all others); rules of other checks are skipped.
+    ``asked`` has the checks of this run: "" (always), "meshes", "physics", "simulation"; skip rules of other checks.
     """
     diagnostics = []
     for index, entry in enumerate(tree.get("accept") or ()):

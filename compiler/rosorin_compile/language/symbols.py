@@ -92,8 +92,8 @@ class Symbol:
 class SymbolTable:
     """The names that a tree defines and refers to.
 
-    The tree is expanded, or it is the joined files before expansion. Pass the remaining arguments only for files: their
-    ``let`` sections, the arguments of includes, and a function that returns True for values without expressions.
+    ``tree`` is the expanded tree, or the joined files before expansion. For files, pass their ``let`` sections, the
+    arguments of their includes, and a function that returns True for values without expressions.
     """
 
     def __init__(

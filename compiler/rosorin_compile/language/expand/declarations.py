@@ -223,7 +223,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
     for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
         value = entries[control]
         is_control = isinstance(value, (str, bool))
-        if control == "for":  # may be an entry that is named "for"; "source" may be inherited
+        if control == "for":  # an entry may also be named "for", and inherit "source" from its file
             entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
             legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
             is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)

@@ -189,7 +189,7 @@ def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
         message = f'"count" must be 1 to {MAX_COPIES:,}, not {entry["count"]}'
         raise LoweringError("wrong-value", message, (*path, "count"), "correct it")
     step = pose_of_entry(entry)
-    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo multiplies each angle, which fails for two axes
+    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales the angles: correct for one axis only
         message, help = "copies can only be rotated about one axis", 'rotate the element with its own "rpy"'
         raise LoweringError("wrong-value", message, (*path, "rpy"), help)
     return Replicas(entry["count"], step)

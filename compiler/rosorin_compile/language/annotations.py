@@ -1,8 +1,8 @@
-"""Load the schemas that ship with the tool, parse the annotations in them (``schemas/README.md``), and validate data.
+"""Load the JSON Schemas that ship with the tool, parse their ``x-...`` annotations, and validate data.
 
-Validation follows JSON Schema draft 7, with any version of jsonschema from 3.2 on. These versions differ in the order
-and the text of errors, and in the cost of ``$ref``. So errors are sorted by position and reworded here, and references
-are replaced by their targets before validation.
+The annotations are explained in ``schemas/README.md``. Validation follows JSON Schema draft 7 and works with jsonschema
+3.2 and later. Its versions differ in the order and text of errors and in the cost of ``$ref``. Therefore, errors are
+sorted by position and reworded here, and references are replaced by their targets before validation.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ _BESIDE_REFERENCE = r"^(\$ref|description|title|default|examples|x-.*)$"
 
 @cache
 def own_schema(name: str = "description") -> dict[str, Any]:
-    """Return a schema that ships with the tool, without the sections of plug-ins."""
+    """Load the JSON Schema ``schemas/NAME.schema.json``, without the sections that plug-ins add."""
     made: dict[str, Any] = json.loads(files.read_text(data_folder("schemas") / f"{name}.schema.json"))
     return made
 
 
 def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
-    """Format a path for messages: ``"limit.lower" of joint "joint1"``; ``whole`` is the schema of descriptions."""
+    """Format a path for messages, such as ``"limit.lower" of joint "joint1"``; ``whole`` is the description schema."""
     if not path:
         return "the description"
     called = whole["properties"].get(path[0], {}).get("x-called") if len(path) > 1 else ""
@@ -43,11 +43,11 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
     return f'"{keys[1:]}"{owner and f" of {owner}"}' if keys else owner
 
 
-# Kinds whose names are also valid where a name of another kind is required: every frame is also a site in the MJCF,
+# For each kind of name, the kinds that are accepted in its place: in the MJCF, every frame is also a site,
 # unnamed actuators and cameras get the name of their joint or sensor, and shapes are named LINK_collision_1.
 ALSO: dict[str, tuple[str, ...]] = {"site": ("link",), "actuator": ("joint",), "camera": ("sensor",)}
 ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("link", "joint")}
-# For each value of x-mirror, the keys that mirroring changes; the schema must define at least one of them.
+# The keys that mirroring changes, by value of ``x-mirror``; the schema fragment must define at least one of them.
 # The value "sides" is not listed: it renames keys (left to right) instead of changing values.
 MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
 MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
@@ -59,7 +59,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """The annotations (``x-...``) of a schema fragment, and of the schema fragments in it."""
+    """The ``x-...`` annotations (``schemas/README.md``) of a schema fragment, and nodes for properties and items."""
 
     names: str = ""
     gives: str = ""
@@ -89,32 +89,32 @@ class Node(NamedTuple):
     of: frozenset[str] = frozenset()
 
     def value_of(self, key: str) -> Node | None:
-        """Return the annotations for the value of a key, or None if there are none."""
+        """Return the node for the value of ``key``, or None if the schema of that value has no annotations."""
         return self.properties.get(key, self.others)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-        """Yield each missing key whose default is derived from other keys, with the kind and value of the default."""
+        """Yield (key, kind, name) for each missing key that has a derived default name, such as ``FRAME_joint``."""
         for key, below in self.properties.items():
             if below is not None and below.otherwise and key not in entry:
-                with suppress(KeyError):  # the key from which the default is derived is also missing
+                with suppress(KeyError):  # the default refers to a key that is also missing
                     yield key, below.gives, below.otherwise.format_map(texts(entry))
 
 
 _BELOW = {"propertyNames": "keys", "additionalProperties": "others", "items": "items"}
-# Annotations in the schema, and the field of ``Node`` for each.
+# ``WORDS`` maps each annotation to its field of ``Node``, such as "x-in-parts" to "in_parts".
 _FIELDS = Node._fields[: Node._fields.index("keys")]
 WORDS = {INSIDE if field == "inside" else f"x-{field.replace('_', '-')}": field for field in _FIELDS}
-# All annotations, including those that only suggestions, lowering and import read. Validators and editors ignore them.
+# All annotations, including annotations that are not in ``Node`` because only suggestions, lowering or import use them.
 ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
 
 
 def texts(entry: Mapping[str, Any]) -> dict[str, str]:
-    """Return the entries of a mapping whose values are strings."""
+    """Return a copy of a mapping with only its string values."""
     return {key: value for key, value in entry.items() if isinstance(value, str)}
 
 
 def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
-    """Return the annotations of each section of a description schema; omit sections without annotations."""
+    """Map each section of the description schema ``whole`` to its annotations; omit sections without annotations."""
     definitions: dict[str, Node | None] = {}
 
     def node_of(fragment: Any) -> Node | None:
@@ -145,7 +145,7 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
 
 
 def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
-    """Raise ValueError for an invalid annotation, key or unit in a schema fragment; ``own`` is the built-in schema."""
+    """Raise ValueError if the schema of a plug-in has an invalid annotation; ``own`` is the built-in schema."""
     words = {word for word, _ in _annotations(own)} | ANNOTATIONS
     for word, value in _annotations(piece):
         if word not in words:
@@ -166,12 +166,12 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
 
 
 def kinds_of(piece: Any, annotation: str) -> set[str]:
-    """Return the kinds of names that a schema fragment defines (``x-gives``) or refers to (``x-names``)."""
+    """Return all values of an annotation in a schema, such as the kinds of names that it defines (``x-gives``)."""
     return {value for word, value in _annotations(piece) if word == annotation}
 
 
 def mappings_in(piece: Any) -> Iterator[Mapping[str, Any]]:
-    """Yield a schema fragment and all mappings in it."""
+    """Yield all mappings in a schema recursively, beginning with the schema itself."""
     if isinstance(piece, Mapping):
         yield piece
     for inner in piece.values() if isinstance(piece, Mapping) else piece if isinstance(piece, list) else ():
@@ -184,9 +184,10 @@ def _annotations(piece: Any) -> Iterator[tuple[str, Any]]:
 
 
 class Misfit(NamedTuple):
-    """A validation error: the ``value`` at ``path`` violates ``keyword: wanted`` of the JSON Schema fragment ``part``.
+    """A JSON Schema validation error: ``value`` at ``path`` violates the constraint ``keyword: wanted``.
 
-    For ``propertyNames``, ``value`` is the invalid key, and ``path`` leads to its mapping. ``key`` is a missing key.
+    ``part`` is the schema fragment with the constraint. For "required" and "dependencies", ``key`` is the missing key.
+    For "propertyNames", ``value`` is the invalid key, and ``path`` the path of the mapping that contains it.
     """
 
     path: Steps
@@ -198,24 +199,24 @@ class Misfit(NamedTuple):
     key: str = ""
 
     def unexpected_keys(self) -> list[str]:
-        """Return the keys that ``additionalProperties`` does not allow."""
+        """Return the keys of ``value`` that ``additionalProperties`` does not allow."""
         return [key for key in self.value if key not in self.part.get("properties", {})]
 
     def kinds(self) -> list[str]:
-        """Return the allowed types in a fixed order."""
+        """Return the JSON types that the keyword ``type`` allows, in a fixed order."""
         return sorted([self.wanted] if isinstance(self.wanted, str) else self.wanted, key=_TYPES.index)
 
 
 def validator_of(schema: Mapping[str, Any]) -> Any:
-    """Return a jsonschema validator for a schema."""
-    from jsonschema import Draft7Validator  # takes 45 ms: import only if something changed
+    """Return a jsonschema validator (draft 7) for a schema."""
+    from jsonschema import Draft7Validator  # the import takes 45 ms
 
     return Draft7Validator(inline_references(schema))
 
 
 @cache
 def validator(name: str) -> Any:
-    """Return the validator of a schema that ships with the tool."""
+    """Return the validator for ``schemas/NAME.schema.json``; the result is cached."""
     return validator_of(own_schema(name))
 
 
@@ -230,7 +231,7 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
             return part
         if not isinstance(name := part.get("$ref"), str):
             made = {key: of(one) for key, one in part.items() if key != "$defs"}
-            if isinstance(pattern := made.get("pattern"), str):  # JSON Schema patterns have the syntax of JavaScript
+            if isinstance(pattern := made.get("pattern"), str):  # convert from JavaScript to Python syntax
                 pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
                 made["pattern"] = pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
             return made
@@ -246,7 +247,7 @@ def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def misfits_of(validator: Any, value: Any) -> list[Misfit]:
-    """Validate a value; return the errors sorted by their position in it."""
+    """Validate a JSON value and return the errors in the order of their positions in the value."""
     found: list[Misfit] = []
     reported = set()
     for error in validator.iter_errors(value):
@@ -262,7 +263,6 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
             found += [misfit._replace(key=key) for key in dict.fromkeys(keys) if key not in error.instance]
 
     def place(misfit: Misfit) -> list[int]:
-        """Return the path of a misfit with each key replaced by its index in the mapping, as a sort key."""
         node, steps = value, []
         for step in misfit.path:
             steps.append(step if isinstance(step, int) else list(node).index(step))
@@ -273,12 +273,12 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
 
 
 def misfits(name: str, value: Any) -> list[str]:
-    """Validate a JSON value against a schema that ships with the tool; return a message for each error."""
+    """Validate a JSON value against ``schemas/NAME.schema.json`` and return one message per error."""
     return [f"{describe_path(one.path, own_schema())}: {words_of(one)}" for one in misfits_of(validator(name), value)]
 
 
 def words_of(misfit: Misfit) -> str:
-    """Return the message for an error in JSON data."""
+    """Format a validation error in JSON data as a message."""
     if misfit.keyword in _NAMING:
         return f"{_json(misfit.key)} is a required property"
     if misfit.keyword == "additionalProperties":
@@ -291,9 +291,9 @@ def _json(value: Any) -> str:
 
 
 def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
-    """Raise ValueError if a schema fragment is invalid in draft 7, or has a reference without a target.
+    """Raise ValueError if ``part`` is not a valid JSON Schema (draft 7), or if a ``$ref`` in ``whole`` has no target.
 
-    Keywords that draft 7 ignores are also errors: unknown keywords (except ``x-...``), and keywords next to ``$ref``.
+    Unlike draft 7, reject unknown keywords (except ``x-...``) and keywords next to ``$ref``.
     """
     from jsonschema import Draft7Validator, FormatChecker
 

@@ -1,4 +1,4 @@
-"""Arguments of a run: values for declared arguments, from files or Python, and requested outputs."""
+"""Read and convert the arguments of a description, and add the outputs that a caller requests."""
 
 import os
 import re
@@ -26,18 +26,19 @@ UNKNOWN = "unknown-output"
 _MOST_NAMED = 20
 _ADDED = "taken with the defaults of its format; an entry under outputs can say more"
 
-Choice = tuple[str, tuple[str, ...]]  # an argument and its possible values, the default first
-Combination = tuple[str, ...]  # a value for each argument
+Choice = tuple[str, tuple[str, ...]]  # the name of an argument and its possible values, the default first
+Combination = tuple[str, ...]  # one value per argument, in the order of the choices
 
 NO_ARGUMENTS = "leave the arguments out"
-# The rules about values of arguments; ``declared_arguments`` reports no other errors of the description.
+# ``declared_arguments`` returns only the errors of these rules, and ignores all other errors in the description.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 
 
 class Argument(NamedTuple):
-    """A declared argument; text fields are as written in the file, or "" if absent.
+    """An argument that a description declares; text fields are as written in the file, or "" if absent.
 
-    ``value`` is the value in this run, or "" for the default; ``set_at`` is where a file sets it (else None).
+    ``allowed`` are the values of ``one_of``. ``value`` is the value that this run sets, or "" if the default is used.
+    ``set_at`` is the position of that value in a file, or None if it is not from a file.
     """
 
     name: str
@@ -54,7 +55,10 @@ class Argument(NamedTuple):
 def declared_arguments(
     path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
 ) -> tuple[list[Argument], list[Diagnostic]]:
-    """Return the arguments of the description with the main file ``path``, and errors in their values."""
+    """Return the arguments that a description declares, and errors in the values ``arguments``.
+
+    ``path`` is the main file of the description; ``packages`` maps names of ROS packages to folders.
+    """
     reader = Reader(path, None, packages)
     root = reader.read(path)
     if root is None or has_errors(reader.diagnostics):
@@ -81,7 +85,7 @@ def declared_arguments(
 
 
 def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Choice]:
-    """Return the arguments with a fixed list of values (``one_of`` or boolean) that ``values`` does not set."""
+    """Return the name and possible values of each unset argument that is boolean or has ``one_of``."""
     found = []
     for argument in arguments:
         allowed = argument.allowed or (("true", "false") if argument.type == "boolean" else ())
@@ -92,7 +96,7 @@ def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Ch
 
 
 def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
-    """Yield all combinations of values: the defaults, then combinations that differ in one argument, then the rest."""
+    """Yield all combinations of values: first the defaults, then all with one value changed, then the rest."""
     defaults = tuple(values[0] for _, values in varied)
     near = [defaults]
     for index, (_, values) in enumerate(varied):
@@ -103,7 +107,7 @@ def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
 
 
 def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
-    """Read one or more YAML files of arguments; later files override earlier ones, ``texts`` override all files."""
+    """Merge YAML files of argument values; later files override earlier files, and ``texts`` overrides all files."""
     first, *others = (load_mapping(path, label(path)) for path in paths)
     merged = Map(first.span)
     for values in (first, *others):
@@ -120,7 +124,7 @@ def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
 
 
 class ApiArguments(NamedTuple):
-    """The path, arguments and package folders that were passed to the Python API; ignore them if diagnostics exist."""
+    """Validated path, arguments and package folders of a Python API call; unusable if there are diagnostics."""
 
     name: str
     arguments: dict[str, Any]
@@ -129,7 +133,7 @@ class ApiArguments(NamedTuple):
 
 
 def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
-    """Validate and convert what was passed to a function of the Python API."""
+    """Validate and convert the path, arguments and package folders that were passed to the Python API."""
     diagnostics: list[Diagnostic] = []
     name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ""
     if not isinstance(path, (str, os.PathLike)):
@@ -150,13 +154,13 @@ def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
 
 
 def takes_no_arguments(path: Path) -> Diagnostic:
-    """Return the error for arguments passed to a file that has none, such as a URDF."""
+    """Return the error for passing arguments to a file that cannot have any, such as a URDF."""
     message = f"{path.name} has no arguments: only a description and a xacro have them"
     return error("unknown-argument", message, None, NO_ARGUMENTS)
 
 
 def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Convert Python objects to argument values; also return the errors.
+    """Convert a mapping of Python objects to argument values; return (values by name, errors).
 
     Numbers are in SI units; strings are parsed like ``-a NAME=TEXT``. Other objects are converted by ``plain_value``.
     """
@@ -177,7 +181,7 @@ def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
 
 
 def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic]]:
-    """Convert values to xacro arguments, which are strings (quantities in SI units); also return the errors."""
+    """Convert argument values to strings for xacro, quantities in SI units; return (strings by name, errors)."""
     texts: dict[str, str] = {}
     diagnostics: list[Diagnostic] = []
     for name, value in values.items():
@@ -190,10 +194,10 @@ def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic
 
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: "Mapping[str, Format]") -> tuple[Map, list[Diagnostic]]:
-    """Add an entry to ``outputs`` of a tree for each name in ``wanted``; also return an error for each unknown name."""
+    """Add the requested outputs ``wanted`` to ``outputs`` of a tree; return (new tree, errors about unknown names)."""
     listed = Map(tree.span, tree.via) if tree.get("outputs") is None else tree["outputs"]
     new = [name for name in dict.fromkeys(wanted) if name not in listed] if isinstance(listed, Map) else []
-    if not new:  # validation reports outputs of an invalid type
+    if not new:  # nothing to add, or not a mapping (reported by validation)
         return tree, []
     written = [name for name, format in formats.items() if format.write is not None]
     robot, span = str(tree.get("robot", "robot")), tree.key_spans.get("robot", tree.span)
@@ -221,5 +225,5 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: "Mapping[str, Format]
 
 
 def is_listed(entry: object) -> bool:
-    """Return True if an entry of ``outputs`` is in the description, and was not added by ``with_wanted``."""
+    """Return True if the description contains an entry of ``outputs``, False if ``with_wanted`` added the entry."""
     return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)

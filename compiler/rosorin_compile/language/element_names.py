@@ -1,6 +1,7 @@
 """Find and replace names in XML elements: links and joints in URDF and SRDF, and all objects in MJCF.
 
-Functions for MJCF have the parameter ``top``: True for sections such as ``<tendon>``, False for elements of a body.
+In functions for MJCF, ``top`` is True for children of ``<mujoco>``, such as ``<tendon>``, and False for children of a
+``<body>``.
 """
 
 import posixpath
@@ -20,10 +21,10 @@ REFERRING = (
     *("chain", "disable_collisions", "disable_collision", "disable_default_collisions", "enable_collisions"),
     *("end_effector", "group", "group_state", "passive_joint", "ros2_control", "transmission"),
 )
-# Attributes that refer to a link or a joint, whatever the element.
+# Attributes that refer to a link or a joint in any element.
 _ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", "parent_link", "child_link"), LINK)
 _ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
-# Tags of plug-in elements whose text probably refers to a name of the robot, with the kind of the name.
+# Patterns of tags in <plugin> elements whose text is probably the name of a link, joint or frame.
 _TEXTS = (
     (r"(.*_)?joint|joint_?[nN]ame|.+Joint", JOINT),
     (r"(.*_)?link|(link|body)_?[nN]ame|.+Link", LINK),
@@ -32,9 +33,9 @@ _TEXTS = (
 
 
 class Reference(NamedTuple):
-    """A name in the value of an XML attribute, or in the text of an element if ``attribute`` is empty.
+    """A name in an XML attribute or, if ``attribute`` is empty, in the text of an element.
 
-    ``where`` describes the position. If ``sure`` is False, the value or text may be something other than a name.
+    ``where`` describes the position for messages. If ``sure`` is False, the text may be something other than a name.
     """
 
     name: str
@@ -45,7 +46,10 @@ class Reference(NamedTuple):
 
 
 def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) -> Iterator[Reference]:
-    """Yield the references in a URDF or SRDF element; ``tags`` leads from the outermost element to this one."""
+    """Yield the link and joint names that a URDF or SRDF element refers to.
+
+    ``tags`` has the tags of all ancestors, outermost first, and of the element; ``text`` is the text of the element.
+    """
     tag, top = tags[-1], tags[0]
     named = [(_ATTRIBUTES[attribute], attribute) for attribute in attributes if attribute in _ATTRIBUTES]
     if top in REFERRING and tag in ("link", "joint", "passive_joint"):
@@ -69,7 +73,7 @@ Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]
 
 
 def named_in(text: str) -> Iterator[Reference]:
-    """Yield the references in a string of URDF or SRDF elements, or nothing if it is not XML."""
+    """Yield the link and joint names in a string of URDF or SRDF elements, or nothing if it is not valid XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)
 
@@ -85,11 +89,11 @@ def _is_name(text: str) -> bool:
 
 
 def rename_references(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
-    """Replace each name that ``references`` yields in a string of XML elements by ``rename(name)``."""
+    """Apply ``rename`` to each name that ``references`` finds in a string of XML elements; return the new string."""
     before, after = "<robot>", "</robot>"
     try:
         document = parse(Source("", f"{before}{text}{after}"))
-    except MarkupError:  # a rule reports it
+    except MarkupError:  # a rule reports invalid XML
         return text
     made = document.source.text
     places: set[tuple[int, str, str]] = set()
@@ -118,7 +122,7 @@ SECTIONS = (
 )
 """The MJCF sections that a description may contain; not ``<compiler>``, which would apply to the entire file."""
 
-# MJCF attributes that refer to an object, whatever the element, and the kind of that object.
+# MJCF attributes that are references in every element, with the kind of the object that they refer to.
 _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("joint", "joint1", "joint2", "jointinparent"), JOINT),
     **dict.fromkeys(("body", "body1", "body2", "target", "subtree1", "subtree2", "node"), BODY),
@@ -128,16 +132,16 @@ _OF_MJCF: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
-# Sections that refer to no objects: "camera" in <scale camera="0.1"> is a number, elsewhere it names a camera.
+# Sections without references to objects: "camera" in <scale camera="0.1"> is a number, not the name of a camera.
 _OF_SETTINGS = ("option", "size", "statistic", "visual")
 _OF_MANY = ("flex", "flexcomp")  # elements whose attributes contain lists of names, separated by spaces
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
-# The kind of object that every element of these MJCF sections defines, whatever its tag.
+# MJCF sections in which all elements define objects of the same kind, whatever the tag.
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
 
 
 def kind_of(found: FlatElement, top: bool) -> str:
-    """Return the kind of object that an MJCF element defines, or an empty string."""
+    """Return the kind of object that an MJCF element defines, such as "geom", or "" if it defines no object."""
     *outer, tag = found.tags
     if tag == "default":
         return CLASS
@@ -161,7 +165,7 @@ def defined_names(found: FlatElement, top: bool) -> Iterator[Reference]:
 
 
 def used_names(found: FlatElement, top: bool) -> Iterator[Reference]:
-    """Yield the names of other objects that an MJCF element refers to."""
+    """Yield the names of objects that an MJCF element refers to."""
     tag, attributes = found.tags[-1], found.attributes
     if top and found.tags[0] in _OF_SETTINGS:
         return
@@ -176,7 +180,7 @@ def used_names(found: FlatElement, top: bool) -> Iterator[Reference]:
 
 
 def kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
-    """Return the kind of object that an MJCF attribute refers to, or an empty string."""
+    """Return the kind of object that an MJCF attribute refers to, or "" if the attribute is not a reference."""
     if attribute in ("objname", "refname"):
         kind = attributes.get(f"{attribute[:3]}type", "")
         return _KINDS.get(kind, kind)
@@ -187,12 +191,12 @@ _FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
 
 
 def files_in(text: str) -> list[str]:
-    """Return the files that a string of XML elements refers to: meshes, textures, height fields, skins."""
+    """Return the file names in a string of XML elements: meshes, textures, height fields and skins."""
     return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
 
 
 def with_files(text: str, rename: Callable[[str], str]) -> str:
-    """Replace each file name in a string of XML elements by ``rename(name)``."""
+    """Apply ``rename`` to each file name in a string of XML elements; return the new string."""
 
     def one(found: re.Match[str]) -> str:
         name, quote = found[2][1:-1], found[2][0]
@@ -202,7 +206,7 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
-    """Replace each name that a string of MJCF elements defines or refers to by ``rename(name)``."""
+    """Apply ``rename`` to each name that MJCF elements in a string define or refer to; return the new string."""
 
     def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
         found = FlatElement(tags, dict(attributes), "", 0)

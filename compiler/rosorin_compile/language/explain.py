@@ -21,13 +21,13 @@ from .symbols import SymbolTable
 
 _AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
-_USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of an instance of a part
+_USE = re.compile(r'part ".*?" used here as "(.*?)"')  # matches the message of a part instance
 _DIGITS = 9  # significant digits of quaternions and degrees
 _OPTICAL = "not written: an optical frame is turned like this (REP 103)"
 
 
 class Number(NamedTuple):
-    """A number in SI units; if ``origin`` is None, no file contains the number, and ``note`` explains it."""
+    """A number in SI units; if no file contains the number, ``origin`` is None and ``note`` gives the reason."""
 
     name: str
     value: float
@@ -46,14 +46,14 @@ class Transform(NamedTuple):
 
     @classmethod
     def from_rigid(cls, rigid: Rigid) -> "Transform":
-        """Convert a rigid transform, without negative zeros."""
+        """Convert a rigid transform; replace -0.0 by 0.0."""
         w, x, y, z = rigid.quaternion()
         values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))
         return cls(*(tuple(value + 0.0 for value in row) for row in values))
 
 
 class Edge(NamedTuple):
-    """A transform parent -> child with joints at zero; ``transform`` is None if only an external ROS node knows it."""
+    """A transform parent -> child with joints at zero; ``transform`` is None if an external ROS node determines it."""
 
     parent: str
     child: str
@@ -69,7 +69,7 @@ class Edge(NamedTuple):
 
 
 class FramePose(NamedTuple):
-    """The pose of a frame relative to the root of its tree; ``pose`` names the joint pose ("": all joints at zero)."""
+    """The pose of a frame in ``root`` for a named joint pose ("": joints at zero); ``transform`` is None if unknown."""
 
     pose: str
     root: str
@@ -77,7 +77,7 @@ class FramePose(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """A shape of a link: its purpose, its numbers and where it is defined."""
+    """A shape of a link; ``purpose`` is "visual" or "collision", ``where`` is the position of its entry."""
 
     purpose: str
     numbers: tuple[Number, ...]
@@ -85,7 +85,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """A frame: the transforms from the root (``chain``), further transforms to it (``others``), poses and numbers."""
+    """The explanation of a frame: transforms from the root (``chain``), further transforms to it, poses and numbers."""
 
     name: str
     roles: tuple[str, ...]
@@ -101,21 +101,21 @@ class Explanation(NamedTuple):
 
     @property
     def numbers(self) -> list[Number]:
-        """The numbers that define the frame: of the transforms to it, and of its joint, mass and shapes."""
+        """All numbers that define the frame: in the transforms to it, and in its joint, mass and shapes."""
         edges = [edge for edge in (*self.chain[-1:], *self.others) if edge.child == self.name]
         groups = [*(edge.numbers for edge in edges), self.joint, self.inertial, *(one.numbers for one in self.shapes)]
         return [number for group in groups for number in group]
 
 
 class Answer(NamedTuple):
-    """Selected numbers of a frame, or the numbers of an entry of a section."""
+    """The requested numbers of a frame, or all numbers of an entry of a section without frames."""
 
     name: str
     numbers: tuple[Number, ...]
 
 
 class NamedValue(NamedTuple):
-    """An argument or named value, and the expressions that use it."""
+    """An argument or named value, and the positions of the expressions that use it."""
 
     name: str
     meaning: Meaning
@@ -129,10 +129,10 @@ def explain(
     names: Sequence[str],
     pose: str = "",
 ) -> list[Explanation | Answer | NamedValue]:
-    """Explain frames, links, joints, sensors, uses of parts, arguments and named values of a description.
+    """Explain frames, links, joints, sensors, ``use`` entries, arguments and named values of a description.
 
-    ``names`` may include names of numbers ("z", "mass", "upper"), which restrict the result. ``arguments`` are those of
-    this run; poses of frames are also given for the named joint pose ``pose``. Raises UnknownName.
+    Names of numbers ("z", "mass", "upper") in ``names`` restrict the result to these numbers. ``arguments`` are the
+    values of this run. If ``pose`` names a joint pose, poses of frames are also calculated for it. Raises UnknownName.
     """
     if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.symbols is None:
         raise ValueError("a description with errors has no meaning to explain")
@@ -166,12 +166,11 @@ def explain(
 
 
 def _is_called(number: str, word: str) -> bool:
-    """Return True if a word selects a number: its name, a word of its name ("ixx"), or the name of its vector."""
+    """Return True if ``word`` selects a number: "mass" for "mass", "ixx" for "inertia ixx", "xyz" for "x"."""
     return word in (number, number.partition("[")[0]) or word in number.split() or number in _AXES.get(word, ())
 
 
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
-    """Select numbers by words; a word that is a full name selects only that number, and numbers in ``added``."""
     selected: dict[Number, None] = {}
     for word in words:
         called = [number for number in answer.numbers if _is_called(number.name, word)]
@@ -190,21 +189,18 @@ class _Frames:
         self.names = list(dict.fromkeys([*(link.name for link in robot.links), *ends]))
 
     def uses(self, frame: str) -> list[str]:
-        """Return the names of the ``use`` entries that created a frame, the outermost first: arm, arm_hand."""
         place = self.places.get(("link", frame))
         stack = self.origins.place_of(place)[1] if place is not None else ()
         names = [use[1] for step in reversed(stack) if (use := _USE.match(step.message))]
         return ["_".join(names[: count + 1]) for count in range(len(names))]
 
     def meant_by(self, name: str) -> list[str]:
-        """Return the frames that belong to a name of a frame, sensor, joint or ``use`` entry."""
         found = [name] if name in self.names else []
         found += [sensor.frame for sensor in self.robot.sensors if sensor.name == name]
         found += [joint.child for joint in self.robot.joints if joint.name == name]
         return list(dict.fromkeys(found or [frame for frame in self.names if name in self.uses(frame)]))
 
     def explanation(self, name: str, pose: str) -> Explanation:
-        """Explain a frame; include its pose with the joints in the named pose ``pose``, unless that is ""."""
         robot, chain, roles = self.robot, self._chain(name), tuple(self._roles(name))
         placed = tuple(self._placed(name, chain, pose) for pose in dict.fromkeys(("", pose)))
         joints = [joint.child for joint in robot.joints_from.get(name, ())]
@@ -261,7 +257,7 @@ class _Frames:
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
         numbers = list(self._pose(path, joint.origin))
-        if path[0] in self.robot.sections.said:  # a plug-in section, which may calculate numbers of a joint
+        if path[0] in self.robot.sections.said:  # a plug-in section may calculate the numbers
             numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
         if joint.moves or joint.type == "planar":
             numbers += self._vector((*path, "axis"), joint.axis, "")
@@ -292,7 +288,6 @@ class _Frames:
             yield Number(names[index], value, unit, origin, "" if origin else note)
 
     def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
-        """Yield every number below a path, named by its keys; units depend on the type of ``joint``."""
         leader = self.robot.joint.get(joint.mimic.joint) if joint is not None and joint.mimic is not None else None
         slides, leads = (one is not None and one.type in ("prismatic", "planar") for one in (joint, leader))
 
@@ -362,7 +357,7 @@ def _name_of(steps: Path) -> str:
 
 
 def _inner(numbers: Iterable[Number]) -> Iterator[Number]:
-    """Yield numbers with the name of their entry omitted: "inertial mass" becomes "mass"."""
+    """Yield numbers without the first word of their names: "inertial mass" becomes "mass"."""
     return (number._replace(name=number.name.partition(" ")[2]) for number in numbers)
 
 
@@ -438,7 +433,6 @@ def _edge(edge: Edge) -> Iterator[str]:
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line for each number and its source; if consecutive numbers have equal details, print them only once."""
     rows = []
     for number in _merge_zeros(numbers):
         degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""

@@ -1,9 +1,8 @@
-"""Lower: convert a valid tree to a robot.
+"""Convert an expanded and validated tree to a ``Robot``.
 
 Each section, built in or of a plug-in, is converted as its ``Section`` defines; ``Lowering`` is the state of the
 conversion. ``record_of`` fills each field of a dataclass from the key of the same name, so a new key only needs a new
-field in the model. Errors are reported only if a value cannot be converted; rules check whether the robot makes
-sense.
+field in the model. Errors are reported only if a value cannot be converted; rules check whether the robot makes sense.
 """
 
 from collections import Counter
@@ -39,7 +38,7 @@ _ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 
 class LoweringError(Exception):
-    """A value cannot be converted; ``path`` is where the mistake is in the tree."""
+    """Raised if a value cannot be converted; ``path`` is the path of the incorrect value in the tree."""
 
     def __init__(self, rule: str, message: str, path: Path = (), help: Help = "") -> None:
         super().__init__(message)
@@ -47,12 +46,12 @@ class LoweringError(Exception):
 
 
 class Lowering:
-    """The state of a conversion. Call it to report a problem."""
+    """The intermediate results of converting a tree to a robot; call the object to report a problem."""
 
     def __init__(self, tree: Map, scope: Scope | None) -> None:
         self.tree, self.scope = tree, scope
         self.places: dict[tuple[str, str], Path] = {}
-        self.frames: dict[str, tuple[str, Path]] = {}  # by joint name: the child frame, and the path of its name
+        self.frames: dict[str, tuple[str, Path]] = {}  # (child frame, path of its name) by joint name
         self.diagnostics: list[Diagnostic] = []
         self.nodes: dict[str, Publisher] = {}
         self.edges: list[Edge] = []
@@ -60,18 +59,18 @@ class Lowering:
         self.joints: list[Joint] = []
         self.urdf_elements: list[str] = []
         self.servos: tuple[ServoGroup, ...] = ()
-        self.solids: dict[object, Inertial] = {}  # inertials of meshes by file and scale
+        self.solids: dict[object, Inertial] = {}  # inertials calculated from meshes, by file and scale
         self._shared: dict[Hashable, Any] = {}
 
     def __call__(
         self, rule: str, message: str, path: Path, help: Help = "", related: tuple[Related, ...] = (), key: bool = False
     ) -> None:
-        """Report a problem at a path of the tree, or with ``key`` at the last key of the path."""
+        """Report a problem with the value at a path of the tree or, if ``key`` is True, with its key."""
         diagnostic = problem_at(self.scope, self.tree, path, rule, message, help, related, key)
         self.diagnostics.append(replace(diagnostic, of=names_at(self.tree, path)))
 
     def share(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return the result of ``make``, cached by the key unless problems were reported."""
+        """Return ``make()``, cached under ``key``; do not cache a result for which problems were reported."""
         before = len(self.diagnostics)
         made: T = self._shared[key] if key in self._shared else make()
         if len(self.diagnostics) == before:
@@ -80,14 +79,14 @@ class Lowering:
 
     @contextmanager
     def reporting(self, where: str = "") -> Iterator[None]:
-        """Report a LoweringError that is raised in the block; append ``where`` to its message."""
+        """Report a LoweringError that is raised in a ``with`` block, with ``where`` appended to its message."""
         try:
             yield
         except LoweringError as problem:
             self(problem.rule, problem.message + where, problem.path, problem.help)
 
     def accepts(self, problem: LoweringError) -> bool:
-        """If ``accept`` of the description suppresses a problem, report it and return True, else return False."""
+        """Report a problem and return True if ``accept`` of the description suppresses it, otherwise return False."""
         diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
         if not is_accepted(self.tree, diagnostic, _ACCEPTABLE):
             return False
@@ -95,7 +94,7 @@ class Lowering:
         return True
 
     def place(self, kind: str, name: str, path: Path) -> None:
-        """Record the path at which a name is defined; report a duplicate name."""
+        """Record the path where a name is defined; report an error if the name is already defined."""
         first = self.places.get((kind, name))
         if first is None:
             self.places[kind, name] = path
@@ -104,7 +103,7 @@ class Lowering:
             self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
 
     def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
-        """Record the paths at which a joint and its child frame are defined; report a frame with two parent joints."""
+        """Record the paths where a joint and its child frame are defined; report a frame with two parent joints."""
         child, first = self.frames.setdefault(name, (frame, frame_path))
         if child != frame or first == frame_path:
             self.place("joint", name, path)
@@ -118,16 +117,16 @@ class Lowering:
 
 
 def owner_of_frame(path: Path) -> str:
-    """Format, for messages, the joint or sensor that defines a frame; ``path`` is the path of the frame's name."""
+    """Format the joint or sensor that defines a frame for messages; ``path`` is the path of the frame name."""
     what = "joint" if path[0] == "joints" else "sensor"
     return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
 class LoweredRobot(NamedTuple):
-    """The robot (None after an error), the places where its joints, links and poses are defined, and the diagnostics.
+    """The result of ``lower``: the robot (None after an error), paths of definitions, and diagnostics.
 
-    ``places`` maps kind and name to a path in the YAML: ("joint", "lidar_joint") -> ("sensors", "lidar"). If several
-    nodes publish a joint, the entry of each is at ("edge", "0"), where 0 is the index in ``Robot.edges``.
+    ``places`` maps (kind, name) to a path in the tree: ("joint", "lidar_joint") -> ("sensors", "lidar"). If several
+    nodes publish a joint, ("edge", "0") is mapped to the path of the publisher for ``Robot.edges[0]``.
     """
 
     robot: Robot | None
@@ -136,11 +135,10 @@ class LoweredRobot(NamedTuple):
 
 
 def lower(tree: Map, scope: Scope | None = None) -> LoweredRobot:
-    """Convert a valid tree to a robot; ``scope``, if not None, is the scope of the description's expressions."""
+    """Convert a validated tree to a robot; with ``scope``, report errors at the arguments that cause them."""
     lowering = Lowering(tree, scope)
 
     def report(diagnostic: Diagnostic, section: str) -> None:
-        """Report a problem with the plug-in that defines a section, at that section."""
         place = tree.locate((section,), key=True)
         lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
@@ -233,13 +231,12 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
 
 
 def unresolved_references(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
-    """Return the references in a section to links and joints that do not exist."""
+    """Return the references in a section to links and joints that the robot does not have."""
     existing = {"link": robot.link, "joint": robot.joint}
     return [one for one in symbols.references(existing, section) if one.name not in existing[one.kind]]
 
 
 def _checked(made: object, before: Robot) -> Robot:
-    """Validate the robot that a plug-in section returned. Raises TypeError or ValueError."""
     if not isinstance(made, Robot):
         raise TypeError(f"what a section adds to is a Robot again, not {str(made)[:60]!r}")
     types = fragment_at(("joints", "*", "type"))["enum"]
@@ -266,15 +263,16 @@ def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str,
 
 
 def entries_of(tree: Mapping[str, Any], section: str) -> list[tuple[str, Any]]:
-    """Return the entries of a section sorted by name, or in the order of the file if the schema has x-ordered."""
+    """Return the entries of a section sorted by name, or in file order if the schema has ``x-ordered``."""
     entries = (tree.get(section) or {}).items()
     return list(entries) if fragment_at((section,)).get("x-ordered") else sorted(entries)
 
 
 def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **given: Any) -> T:
-    """Create a dataclass from the keys of an entry; ``given`` overrides keys, missing fields have their defaults.
+    """Create an instance of the dataclass ``kind`` from the keys of an entry; ``given`` overrides keys.
 
-    A field of type ``Pose`` is set from ``xyz`` (m) and ``rpy`` (rad); a field ``values`` gets all remaining keys.
+    Missing keys get the defaults of the fields. A field of type ``Pose`` is set from ``xyz`` (m) and ``rpy`` (rad); a
+    field ``values`` gets all remaining keys.
     """
     entry = entry or {}
     converters, poses, has_values = _fields(kind)
@@ -286,7 +284,7 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
-    """Create a dataclass for each entry, by name; a field ``name`` is set to the name of the entry."""
+    """Convert entries to instances of the dataclass ``kind``, by name; a field ``name`` gets the name of the entry."""
     has_name = "name" in _fields(kind)[0]
     items = (entries or {}).items()
     return {str(key): record_of(kind, entry, **({"name": str(key)} if has_name else {})) for key, entry in items}
@@ -300,7 +298,7 @@ def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
-    """Convert a list of three numbers to a vector; None is converted to ``default``."""
+    """Convert a list of three numbers to a vector; return ``default`` for None."""
     x, y, z = default if value is None else value
     return (float(x), float(y), float(z))
 
@@ -311,7 +309,7 @@ def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
 
 
 def plain(value: Any) -> Any:
-    """Convert a value of the tree to plain Python: quantities to floats in SI units, lists to tuples; omit sources."""
+    """Convert a tree to plain Python: quantities to floats in SI units, lists to tuples; omit the keys ``source``."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items() if key != "source"}
     if isinstance(value, list):
@@ -322,12 +320,12 @@ def plain(value: Any) -> Any:
 
 
 def values_of(entry: Mapping[str, Any] | None, known: Collection[str] = ()) -> dict[str, Attribute]:
-    """Return all keys of an entry except ``known``, with their values, as MJCF attributes sorted by name."""
+    """Return the keys of an entry, except ``known``, and their values as MJCF attributes sorted by name."""
     return {key: _attribute_of(value) for key, value in sorted((entry or {}).items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
-    """Return the keys of an entry as MJCF attributes; ``words`` maps each key to the MJCF name of the attribute."""
+    """Return the values of an entry as MJCF attributes; ``words`` maps keys to names of MJCF attributes."""
     return {word: _attribute_of(entry[key]) for key, word in words.items() if key in entry}
 
 
@@ -341,7 +339,6 @@ def _attribute_of(value: Any) -> Attribute:
 
 @cache
 def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
-    """Return a converter for each field, the names of fields of type Pose, and whether there is a field ``values``."""
     types = get_type_hints(kind)
     hints = {field.name: types[field.name] for field in fields(kind)}
     poses = tuple(name for name, hint in hints.items() if hint is Pose)
@@ -350,7 +347,6 @@ def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
 
 
 def _converter(hint: Any) -> Convert:
-    """Return the function that converts a value to a type: quantities to floats, lists or single items to tuples."""
     if hint == Values:
         return values_of
     if hint is float:

@@ -40,21 +40,21 @@ class Piece(NamedTuple):
 
 
 class SourceEntries:
-    """Look up what is written at a position; each file is parsed once."""
+    """Look up YAML values by their position in the source; each file is parsed once."""
 
     def __init__(self) -> None:
         self._files: dict[str, tuple[_Places, _Places]] = {}
 
     def value(self, span: Span) -> Piece | None:
-        """Return the innermost value that begins at a position, or None."""
+        """Return the innermost value that begins at a position, or None if no value begins there."""
         return self._read(span.source)[0].get((span.line, span.column))
 
     def entry(self, span: Span) -> Piece | None:
-        """Return the value of the key at a position, or None."""
+        """Return the value whose key begins at a position, or None if no key begins there."""
         return self._read(span.source)[1].get((span.line, span.column))
 
     def text(self, span: Span) -> str:
-        """Return the source text of the value that begins, or whose key begins, at a position, as one short line."""
+        """Return the source of the value that begins, or whose key begins, at a position, shortened to one line."""
         if _is_markup(span.source):
             text = span.source.line(span.line)[span.column - 1 :][: span.length]
         else:
@@ -66,7 +66,7 @@ class SourceEntries:
         if source.path not in self._files:
             values, keys = self._files.setdefault(source.path, ({}, {}))
             waiting: list[tuple[Path, Any]] = []
-            with suppress(LoadError):  # not a file of a description, for example one that ``load`` reads
+            with suppress(LoadError):  # not every file is a description, for example a file that ``load`` reads
                 waiting = [((), None if _is_markup(source) else parse_yaml(source))]
             while waiting:
                 path, value = waiting.pop()
@@ -109,7 +109,7 @@ class Where(NamedTuple):
 
 
 class Meaning(NamedTuple):
-    """A name in an expression: its value in SI units, the kind of its definition, and the names in that definition."""
+    """A name in an expression: its value (SI units), how it is defined, and the names that its definition uses."""
 
     name: str
     value: str
@@ -119,7 +119,7 @@ class Meaning(NamedTuple):
 
 
 class Step(NamedTuple):
-    """An include, part, sensor type or loop iteration through which a value got into the tree."""
+    """An include, part, sensor type or loop iteration that added a value to the tree."""
 
     message: str
     where: Where
@@ -128,9 +128,9 @@ class Step(NamedTuple):
 class Origin(NamedTuple):
     """The position where a value was written, with the names in its expression.
 
-    ``expressions`` are the expressions that passed the value on, outermost first. ``stack`` has the includes, parts and
-    loops that led to the value, innermost first. ``parts`` has the poses, in a part and in its ``use`` entries, from
-    which a pose was calculated.
+    ``expressions`` are the expressions that inserted the value, outermost first. ``stack`` has the includes, parts and
+    loops that led to the value, innermost first. If a pose was calculated from a pose in a part and poses of ``use``
+    entries, ``parts`` has the origins of these poses.
     """
 
     where: Where
@@ -141,14 +141,14 @@ class Origin(NamedTuple):
 
 
 class Origins:
-    """Find origins in a tree; ``root`` is the scope of the description, ``arguments`` are from the command line."""
+    """Find where values of the expanded tree were written; ``arguments`` are values from the command line."""
 
     def __init__(self, tree: Map, root: Scope, arguments: Mapping[str, Any]) -> None:
         self.tree, self.root, self.arguments = tree, root, arguments
         self.written = SourceEntries()
 
     def origin_of(self, path: Path) -> Origin | None:
-        """Return where the value at a path was written, or None if it is a default."""
+        """Return where the value at a path was written, or None if the value is a default."""
         node: Any = self.tree
         spans: list[Span] = []
         for step in path:
@@ -207,7 +207,6 @@ class Origins:
             yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
     def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
-        """Explain the names in the expression of a value; ``holder`` and ``via`` determine its scope."""
         if piece is None:
             return ()
         scope = scope_of(self.root, holder)
@@ -223,7 +222,7 @@ class Origins:
                 yield self.meaning(name, keys, owner, scope, level)
 
     def meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int = 0) -> Meaning:
-        """Explain a name that the scope ``owner`` defines, and the keys after it, in an expression of another scope."""
+        """Explain a name and the keys after it in an expression; ``owner`` is the scope that defines the name."""
         entry, at = _entry(name, keys, scope)
         place, value = at or owner.places[name], _shown(entry)
         piece = self.written.entry(place.span) or self.written.value(place.span)
@@ -253,7 +252,7 @@ class Origins:
 
 
 def _names_used(value: Any) -> Iterator[tuple[str, str]]:
-    """Yield each name in the expressions of a value, and the keys after it: body, body.length, rows[0]."""
+    """Yield (name, keys after it) for each name in the expressions of a value, such as ("body", ".length")."""
     if isinstance(value, (Map, Seq)):
         for item in value.values() if isinstance(value, Map) else value:
             yield from _names_used(item)
@@ -270,7 +269,7 @@ def _chains(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
-    """Return the value of a name, or of the entry ``keys`` of its value with its place (None for the name itself)."""
+    """Return the value of a name followed by keys, and the place of this value (None without keys)."""
     place: Place | None = None
     with suppress(EvaluationFailed, KeyError, ExpressionError):
         value = scope.lookup(name)

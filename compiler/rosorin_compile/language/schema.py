@@ -31,7 +31,7 @@ _RESERVED = ("parts", "use", "sensor_types", "help")  # sections that only exist
 
 
 class PluginSections(NamedTuple):
-    """The sections that plug-ins define, each with its plug-in, and errors about plug-ins with invalid sections."""
+    """The sections that plug-ins define, as (plug-in, section), and errors about plug-ins with invalid sections."""
 
     sections: tuple[tuple[Plugin, Section[Any]], ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -39,7 +39,7 @@ class PluginSections(NamedTuple):
 
 @cache
 def plugin_sections() -> PluginSections:
-    """Load the sections of plug-ins; report and exclude sections that refer to a kind of name that none defines."""
+    """Load the sections of plug-ins; report and exclude sections that refer to an undefined kind of name."""
 
     def is_taken(name: str) -> bool:
         own = own_schema()
@@ -66,7 +66,7 @@ def plugged_sections() -> Mapping[str, Section[Any]]:
 
 
 def piece(section: Section[Any]) -> dict[str, Any]:
-    """Return the schema of a plug-in section, with the annotations that all plug-in sections have."""
+    """Return the JSON Schema of a plug-in section, with default values for missing annotations."""
     defaults: dict[str, Any] = {"x-compared": section.schema.get("x-called", section.name)}
     if section.form in (ENTRIES, ITEMS):
         defaults["x-merge"] = section.form
@@ -75,7 +75,7 @@ def piece(section: Section[Any]) -> dict[str, Any]:
     made: dict[str, Any] = _looked_up({**defaults, **section.schema})
     key = {ENTRIES: "additionalProperties", ITEMS: "items"}.get(section.form)
     entry = made if key is None else made[key]
-    # ``accept`` may suppress an error in an entry by the name of the entry, or of a link or joint in it.
+    # Names by which ``accept`` can refer to errors in an entry: the name of the entry and of links and joints in it.
     keys = made.get("$defs", {}).get(entry.get("$ref", "").rpartition("/")[2], entry).get("properties", {})
     kinds = ((name, inner.get("x-names", inner.get("x-gives"))) for name, inner in keys.items())
     named = [f"{{{name}}}" for name, kind in kinds if kind in ("link", "joint")]
@@ -108,7 +108,7 @@ def _marks(section: Section[Any]) -> Collection[str]:
 
 @cache
 def schema(name: str = "description") -> dict[str, Any]:
-    """Return a schema that ships with the tool; the schema of descriptions includes the sections of plug-ins."""
+    """Return ``schemas/NAME.schema.json``; the description schema includes the sections of plug-ins."""
     own = own_schema(name)
     added = {name: piece(section) for name, section in plugged_sections().items()} if name == "description" else {}
     if not added:
@@ -120,67 +120,67 @@ def schema(name: str = "description") -> dict[str, Any]:
 
 
 def keys_of(section: str) -> Collection[str]:
-    """Return the keys of a section that is a single entry."""
+    """Return the valid keys of a section that is a single entry, not a table of entries."""
     keys: Collection[str] = resolve(schema()["properties"][section])["properties"].keys()
     return keys
 
 
 @cache
 def keys_of_xml() -> frozenset[str]:
-    """Return the keys whose values are lists of XML elements."""
+    """Return the names of all keys whose values are lists of XML elements."""
     keys = (item for entry in (schema(), *schema()["$defs"].values()) for item in entry.get("properties", {}).items())
     return frozenset(key for key, inner in keys if inner.get("items", {}).get("$ref") == "#/$defs/element")
 
 
 @cache
 def sections() -> Mapping[str, Node]:
-    """Return the annotations of each section of a description; omit sections without annotations."""
+    """Map each section of a description to its annotations; omit sections without annotations."""
     return schema_words.annotated_sections(schema())
 
 
 @cache
 def merged_sections(*how: str, in_parts: bool = False) -> tuple[str, ...]:
-    """Return the sections whose ``x-merge`` is in ``how``; with ``in_parts``, only sections that parts may have."""
+    """Return the sections whose ``x-merge`` is in ``how``; with ``in_parts``, only sections that parts may contain."""
     return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
 
 
 @cache
 def named_as(kind: str) -> tuple[str, ...]:
-    """Return the sections whose keys are names of a kind."""
+    """Return the sections whose keys are names of a kind, such as "joint"."""
     return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
 
 
 def of_topic(topic: str) -> list[str]:
-    """Return the sections whose ``x-topic`` is the topic; a format lists topics that it cannot express."""
+    """Return the sections about a topic (``x-topic``); formats list the topics that they cannot express."""
     return [key for key, node in sections().items() if node.topic == topic]
 
 
 @cache
 def of_parts() -> tuple[str, ...]:
-    """Return the sections that parts may have."""
+    """Return the sections that parts may contain."""
     return tuple(key for key, node in sections().items() if node.in_parts)
 
 
 @cache
 def of_types() -> tuple[str, ...]:
-    """Return the keys of a sensor that a sensor type may set, in schema order."""
+    """Return the keys of a sensor that its sensor type may define, in the order of the schema."""
     keys = [item for node in sections().values() if node.others for item in node.others.properties.items()]
     return tuple(key for key, node in keys if node is not None and node.in_types)
 
 
 def is_one_entry(section: str) -> bool:
-    """Return True if parts may have the section, and it is a single entry, not a table or list of entries."""
+    """Return True if parts may contain the section and it is a single entry, not a table or list of entries."""
     node = sections().get(section)
     return node is not None and node.in_parts and node.merge in ("", WITHIN)
 
 
 def holds_many(section: str) -> bool:
-    """Return True if the section is a single entry with tables and lists, to which several parts and files may add."""
+    """Return True if the section is a single entry with tables and lists that several parts and files may extend."""
     return section in merged_sections(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: "Mapping[str, Format]") -> dict[str, Any]:
-    """Return the schema of descriptions, extended by the options of the formats that ``outputs`` uses."""
+    """Return the description schema, extended by the options of the formats that ``outputs`` uses."""
     root = schema()
     output, section = root["$defs"]["output"], root["properties"]["outputs"]
     entries: dict[str, Any] = {}
@@ -194,19 +194,19 @@ def with_outputs(outputs: Any, formats: "Mapping[str, Format]") -> dict[str, Any
 
 
 def backend_of(name: str, entry: Mapping[str, Any]) -> str:
-    """Return the format of an output without the key ``backend``: its name, or "template" if it has a template."""
+    """Return the format of an output that lacks ``backend``: "template" if it has a template, otherwise its name."""
     return TEMPLATE if TEMPLATE in entry else name
 
 
 def subject(path: Steps) -> str:
-    """Return a path for messages: ``"limit.lower" of joint "joint1"``."""
+    """Format a path for messages, such as ``"limit.lower" of joint "joint1"``."""
     return describe_path(path, schema())
 
 
 def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
-    """Return the schema fragment at a schema path, and the name of the last definition on the way (may be empty).
+    """Return the schema fragment at a schema path, and the name of the last definition on the path, or "".
 
-    The path may omit ``if`` before ``then``, or contain it, as with jsonschema 3.2.
+    The step ``if`` before ``then`` is ignored, because only jsonschema 3.2 includes it.
     """
     node, name = whole, ""
     for number, step in enumerate(path):
@@ -220,7 +220,7 @@ def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
 
 
 def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
-    """Return the unit (or units) that the schema requires at a path; "" for a plain number, None if not a number."""
+    """Return the unit (or list of units) of the value at a path, "" for a plain number, or None for other values."""
     node = fragment_at(path)
     if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # neither a number nor a list of numbers
         return None
@@ -229,9 +229,9 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
 
 
 def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | None = None) -> str | None:
-    """Return the unit of a number at a path; where the schema has several, choose by the type of its joint.
+    """Return the unit of the value at a path; if the schema has several units, choose by the type of the joint.
 
-    ``slides`` is True for a prismatic joint; ``leader_slides`` is the same for the joint that it mimics.
+    ``slides`` is True for a prismatic joint; ``leader_slides`` is the same for the joint that it mimics, if any.
     """
     units = unit_at(path)
     if units is None or isinstance(units, str):
@@ -267,14 +267,14 @@ def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
 
 
 def resolve(node: dict[str, Any]) -> dict[str, Any]:
-    """Return the definition that a schema fragment refers to, or the fragment itself."""
+    """Return the definition to which a schema fragment refers (``$ref``), or the fragment itself."""
     return schema()["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
 
 
 Schema = dict[str, Any]
 
-_WHOLE = r"^\$\{[\s\S]*\}$"  # a string that is a single expression, which has the type of its value
-_SOME = r"\$\{"  # a string that contains an expression
+_WHOLE = r"^\$\{[\s\S]*\}$"  # matches a string that is a single expression, whose value may have any type
+_SOME = r"\$\{"  # matches a string that contains an expression
 _NUMBER = r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
 _INNER = ("items", "additionalProperties", "propertyNames", "not", "if", "then", "else")
 _COPIED = ("description", "title", "default", "const", "minLength", "minItems", "format", "minimum", "maximum")
@@ -284,7 +284,7 @@ CONTROLS = {"for": {"$ref": "#/definitions/for"}, "if": {"$ref": "#/definitions/
 
 
 def authoring_schema() -> str:
-    """Return the schema for the files of a description, as text for editors; it includes the sections of plug-ins."""
+    """Return the JSON Schema for files before expansion, including the sections of plug-ins, as text for editors."""
     text = files.read_text(data_folder("schemas") / "authoring.schema.json")
     if not plugged_sections():
         return text
@@ -306,7 +306,7 @@ def authoring_schema() -> str:
 
 
 def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
-    """Extend a schema fragment for files as written: allow expressions and, with ``entry``, loops and conditions."""
+    """Adapt a schema fragment to files before expansion: allow expressions, and loops and conditions if ``entry``."""
     if "$ref" in fragment or "const" in fragment:
         return fragment
     made = {key: fragment[key] for key in _COPIED if key in fragment}

@@ -6,7 +6,7 @@ errors that are shown.
 In the schema, ``x-also`` lists the names that URDF, SDF, MJCF and xacro have for a key, and ``x-instead`` the help for
 names without an equivalent key. ``schemas/synonyms.json`` has further synonyms: of ``keys`` by kind of entry (a
 definition in ``$defs``, or ``top``), of ``values`` by kind of value, and of ``units``; and the help for all ``others``.
-A replacement without spaces is the word to write, one with spaces is the help.
+A replacement without spaces is the word to write, a replacement with spaces is the help.
 """
 
 import json
@@ -33,7 +33,7 @@ from .symbols import MOUNT
 Names = Collection[str]
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
-SPELLED_OUT = 5  # a word with at least this many letters may be a misspelled name of a unit; symbols are shorter
+SPELLED_OUT = 5  # minimum length of a word that may be a misspelled unit name; symbols are shorter
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 _TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # characters that look like a minus or a space
 _UNMEASURED = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
@@ -58,7 +58,7 @@ def synonyms(table: str, kind: str = "") -> Mapping[str, str]:
 
 @cache
 def words_for(kind: str) -> Mapping[str, str]:
-    """Map each synonym of a key in a kind of entry to the key to write, or to a help text."""
+    """Map synonyms of the keys in a kind of entry to the key to write or to a help text."""
     root, definitions = schema()["properties"], schema()["$defs"]
     if kind in ("top", "part"):
         known = root if kind == "top" else {section: root[section] for section in of_parts()}
@@ -76,18 +76,18 @@ def words_for(kind: str) -> Mapping[str, str]:
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
-    """Return the replacement for a word or ""; ignore case, and characters that are neither letters nor digits."""
+    """Return the replacement for a word, or "" if there is none; ignore case and punctuation."""
     return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
 def way_out(word: str, table: Mapping[str, str]) -> str:
-    """Return the replacement for a word if it is a help text, not a single word, or else ""."""
+    """Return the replacement for a word if it is a help text, not a single word, otherwise ""."""
     meaning = _meaning(word, table)
     return meaning if " " in meaning else ""
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
-    """Return the unit that a text probably stands for, preferably of a dimension of the valid units, or ""."""
+    """Return the unit that a text probably means, or ""; prefer units with the dimension of ``wanted``."""
     unit = text.strip()
     for sign, written in _SIGNS.items():
         unit = unit.replace(sign, written)
@@ -104,7 +104,7 @@ def _dimensions(units: Sequence[str]) -> list[Dimension]:
 
 
 def _factors(unit: str, others: Mapping[str, str]) -> str:
-    """Replace each factor of a unit by its symbol; ``others`` has different symbols for ambiguous factors."""
+    """Return a unit with each factor replaced by its symbol (first from ``others``), or "" if a factor is unknown."""
     pieces: list[str] = []
     spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
@@ -120,7 +120,7 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
 
 
 def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
-    """Return the help for a text in place of a number; ``wanted`` are the valid units."""
+    """Return the help for a text that should be a number; ``wanted`` are the valid units."""
     number = text.strip()
     if isinstance(text, Text) and _is_number(number):
         return f"write {number} without the quotes"
@@ -157,7 +157,7 @@ def _units_like(wanted: Sequence[str]) -> list[str]:
 
 
 def _expression_meant(text: str) -> str:
-    """Return the help for a name or calculation in another language: $(arg m), {{m}}, 2*M_PI."""
+    """Return the help for a name or calculation in the syntax of another language: $(arg m), {{m}}, 2*M_PI."""
     if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", text):
         return f'write "${{{found[1]}}}", and define {found[1]} in "args" or "let"'
     formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
@@ -175,7 +175,7 @@ def _is_number(text: str) -> bool:
 
 
 def numbers_in(text: str) -> list[str]:
-    """Return the numbers and quantities that a text lists, or none if it contains anything else."""
+    """Split a text into numbers and quantities; return [] if it contains anything else."""
     found: list[str] = []
     for word in re.split(r"[\s,;]+", text.strip("()[]{}<> \t\n")):
         if _is_number(word):
@@ -188,7 +188,7 @@ def numbers_in(text: str) -> list[str]:
 
 
 def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value in place of a list; ``fragment`` is the schema of the list."""
+    """Return the help for a value that should be a list; ``fragment`` is the schema of the list."""
     items = fragment.get("items", {})
     example = _EXAMPLES.get(key) or f"[{', '.join('XYZW'[: fragment.get('minItems', 0)] or 'X')}]"
     is_of_numbers = items.get("type") == "number"
@@ -214,7 +214,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
 
 
 def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a list with the wrong number of items."""
+    """Return the help for a list with the wrong number of items, or "" if there is no suggestion."""
     is_of_numbers = fragment.get("items", {}).get("type") == "number"
     if is_of_numbers and len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
         return f"separate the numbers with commas: [{', '.join(listed)}]"
@@ -225,7 +225,7 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
 
 
 def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
-    """Return the help for a value in place of a mapping; ``fragment`` is the schema of the mapping."""
+    """Return the help for a value that should be a mapping; ``fragment`` is the schema of the mapping."""
     legal, required = fragment.get("properties", {}), fragment.get("required", ())
     if value is None:
         return "indent its keys below its name" if legal else "indent its entries below it, or remove it"
@@ -246,7 +246,7 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
 
 
 def flag_meant(value: Any) -> str:
-    """Return the help for a value in place of a boolean, or "" if it resembles neither true nor false."""
+    """Return the help for a value that should be a boolean, or "" if it resembles neither true nor false."""
     word = str(value).casefold()
     flag = "true" if word in _TRUE else "false" if word in _FALSE else ""
     if flag and isinstance(value, str) and not isinstance(value, Text):
@@ -255,14 +255,14 @@ def flag_meant(value: Any) -> str:
 
 
 def format_scalar(value: Any) -> str:
-    """Return a scalar as written in a suggestion."""
+    """Format a scalar as it should be written in YAML."""
     if isinstance(value, Quantity):
         return value.text
     return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_SHOWN]
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
-    """Return the help for an unknown key of the entry at a path; ``known`` are the valid keys with their schemas."""
+    """Return the help for an unknown key of the entry at ``path``; ``known`` maps valid keys to their schemas."""
     table, word, inner, keys = words_for(kind), key.removeprefix("xacro:"), entry.get(key), list(entry)
     if (written := _key_and_value(word)) and written[0] in known:
         return f'write "{written[0]}: {"..." if written[1][:1] in "{[" else written[1]}"'
@@ -286,13 +286,13 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
 
 
 def _key_and_value(key: str) -> tuple[str, str] | None:
-    """Split a key that YAML has read together with its value: mass:1, mass=1, limit {lower: 0}."""
+    """Split a key that contains its value, such as "mass=1" or "limit {lower: 0}"; return None for other keys."""
     found = re.match(r"\s*([\w.-]+)(?:\s*[:=]\s*|\s+(?=[{\[]))(.*)", key, re.DOTALL)
     return (found[1], found[2]) if found else None
 
 
 def _texts_with_commas(entry: Map) -> list[list[str]]:
-    """Return, for each unquoted text with commas, the keys that YAML reads: in ``{note: a, b}``, note and b."""
+    """Return the keys that YAML reads from each unquoted text with commas: note and b for ``{note: a, b}``."""
     runs: list[list[str]] = []
     for before, key in pairwise(entry):
         value, span = entry[before], entry.key_spans[key]
@@ -311,7 +311,7 @@ def _texts_with_commas(entry: Map) -> list[list[str]]:
 
 
 def text_meant_by(key: str, entry: Map) -> str:
-    """Return the help for a key that is the rest of an unquoted text after a comma, or ""."""
+    """Return the help for a key that is really text after a comma, as in ``{note: a, b}``, or "" for other keys."""
     for first, *rest in _texts_with_commas(entry):
         if key in rest:
             text = ", ".join([entry[first], *rest])
@@ -320,12 +320,12 @@ def text_meant_by(key: str, entry: Map) -> str:
 
 
 def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
-    """Return the keys that are really the text after a comma, in a text whose key is in ``unknown``."""
+    """Return keys that YAML reads from unquoted text after a comma, if the text belongs to a key in ``unknown``."""
     return {key for run in _texts_with_commas(entry) for before, key in pairwise(run) if before in unknown}
 
 
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
-    """Return True if an unknown key is probably the missing key ``wanted``."""
+    """Return True if an unknown key is probably a synonym or misspelling of the missing key ``wanted``."""
     table, written = words_for(kind), _key_and_value(key)
     if _meaning(key, table) == wanted or f"{wanted}: " in way_out(key, table):
         return True
@@ -333,7 +333,7 @@ def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
 
 
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
-    """Return the help for a word that is not in ``known``; ``kind`` selects the synonyms."""
+    """Return the help for an invalid word; ``known`` are the valid words, ``kind`` selects the synonyms."""
     table, names = synonyms("values", kind) or words_for(kind), list(known)
     close = _meaning(word, table)
     return way_out(word, table) or (suggest(close) if close in names else Suggestion(word, names)())
@@ -345,6 +345,7 @@ def suggest_name(
     """Return the suggestion for an unknown name at a path; ``known`` are the valid names.
 
     In a part, names of the same part are suggested first, without the prefix; ``more`` are further names in the part.
+    ``otherwise`` and ``none`` are passed to ``Suggestion``.
     """
     span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
@@ -360,9 +361,9 @@ def suggest_name(
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:
-    """Detect a key that is not indented enough, so that YAML reads it as the next entry after its own entry.
+    """Detect a key of an entry that is not indented enough, so that YAML reads it as another entry of the section.
 
-    Return (name of its own entry, whether it is the first such key) or None. ``fragment`` is the schema of the entries.
+    Return (name of the entry above, True for its first key) or None. ``fragment`` is the schema of the entries.
     """
     section = tree[str(path[0])] if len(path) == 2 else None
     legal = fragment.get("properties", {})

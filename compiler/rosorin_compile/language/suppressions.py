@@ -18,8 +18,8 @@ from .validate import not_allowed
 # Rules that ``accept`` cannot suppress, with the reason.
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}
 
-Entry = tuple[int, str]  # index of an entry in the list ``accept``, and a name in its key ``of``, or EVERYTHING
-Rules = Mapping[str, Rule]  # the rules that descriptions may accept, by id
+Entry = tuple[int, str]  # (index of an entry in the list ``accept``, name in its key ``of`` or EVERYTHING)
+Rules = Mapping[str, Rule]  # the rules that descriptions may suppress, by id
 _Entries = dict[tuple[str, str], list[Entry]]  # entries by rule id and name
 EVERYTHING = ""  # the name in an entry without ``of``: it applies to the entire robot
 
@@ -32,7 +32,7 @@ class AcceptResult(NamedTuple):
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names by which ``of`` in ``accept`` may refer to an error at a path, such as a joint and its child."""
+    """Return the names by which ``accept`` may refer to an error at a path, such as a joint and its child."""
     found: tuple[str, ...] = ()
     node, is_final = Node(properties=sections()), False
     value: Any = tree
@@ -58,7 +58,7 @@ def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Rules) -> bool:
 
 
 def unknown_rules(tree: Map, acceptable: Rules) -> list[Diagnostic]:
-    """Return an error for each unknown rule id in ``accept``, also if the tree is invalid."""
+    """Return an error for each rule in ``accept`` that is unknown or cannot be suppressed; the tree may be invalid."""
     diagnostics, entries = [], tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
         rule = entry.get("rule") if isinstance(entry, Map) else None
@@ -119,7 +119,7 @@ def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Rules) -> l
 def unused_entries(tree: Map, used: Set[Entry], acceptable: Rules, asked: Collection[str] = ("",)) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that no diagnostic matches.
 
-    ``asked`` is what the run has checked (see ``Rule.asked``); entries for other rules are ignored.
+    ``asked`` has the checks of this run: "" (always), "meshes", "physics", "simulation"; skip rules of other checks.
     """
     diagnostics = []
     for index, entry in enumerate(tree.get("accept") or ()):

@@ -23,7 +23,7 @@ from .schema import named_as, sections
 
 MOUNT = "mount"
 
-# Kinds of names that URDF elements, controller parameters, MJCF elements and simulations may refer to.
+# Kinds of names to which URDF elements, controller parameters, MJCF elements and simulations may refer.
 IN_URDF = ("link", "joint")
 IN_PARAMETERS = ("link", "joint", "sensor", "hardware block", "hardware sensor", "gpio", "controller")
 THINGS = (
@@ -32,23 +32,20 @@ THINGS = (
 )
 _ELEMENT = "element"  # pseudo kind of all named MJCF elements
 IN_MJCF = (*THINGS, "material", _ELEMENT)
-KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # kinds for MuJoCo's element names
-# Names of MJCF elements that are derived from a link; suffixes of names that are derived from joints of some types.
+KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # kinds of names by MJCF tag
+# In the MJCF, shapes are named after their link, and planar and floating joints become joints with these suffixes.
 _DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
 ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
-# Sections whose entries have local names: the kind of entry, and the local names that are always defined.
+# Sections whose entries have local names, with (kind of entry, local names that are always defined).
 _OWNERS = {"parts": ("part", ("name", "mirrored")), "sensor_types": ("sensor type", ("name", "frame", "parent"))}
 WORD = re.compile(r"[^\W\d]\w*")
-# A name, or a value that contains names: its annotations, the value, its path, and True if it is a key.
+# A name, or a value that contains names, as (annotations, value, path, True for a key).
 _Occurrence = tuple[Node, Any, Path, bool]
 Condition = Callable[[Any], bool]
 
 
 def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bool = False) -> Iterator[_Occurrence]:
-    """Yield the names below a value, in the order of the description; ``wanted`` are annotations to search for, or all.
-
-    With ``rules``, names that have their own rules (``x-said`` is false) are skipped.
-    """
+    """Yield the names below a value that have one of the annotations ``wanted`` (all if empty), in file order."""
     if rules and node.said is False:
         return
     if isinstance(value, str):
@@ -77,8 +74,9 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
 class Symbol:
     """A definition of a name, or a reference to a name; ``key`` is True if the name is a key, not a value.
 
-    ``what`` describes a reference; ``among`` restricts where the name is looked up ("": everywhere in the description).
-    Names that only exist before expansion have a ``place``, and an ``owner`` if local to a part or sensor type.
+    ``what`` describes a reference for messages. ``among`` is "simulation" or "description" if the name is looked up
+    only there. ``place`` is set for names that exist only before expansion, ``owner`` if they are local to a part or
+    sensor type.
     """
 
     kind: str
@@ -94,8 +92,8 @@ class Symbol:
 class SymbolTable:
     """The names that a tree defines and refers to.
 
-    The tree is expanded, or consists of the joined files as written. For files as written, ``lets`` are their sections
-    ``let``, ``offered`` the arguments of includes; ``is_constant`` returns True for values without expressions.
+    ``tree`` is the expanded tree, or the joined files before expansion. For files, pass their ``let`` sections, the
+    arguments of their includes, and a function that returns True for values without expressions.
     """
 
     def __init__(
@@ -126,7 +124,7 @@ class SymbolTable:
             yield from _walk(sensor, body, ("sensor_types", name), wanted, rules)
 
     def definitions(self, section: str = "", implied: bool = False) -> Iterator[Symbol]:
-        """Yield the definitions in a section or in all; with ``implied``, also default names of missing keys."""
+        """Yield the definitions in a section (default: all); with ``implied``, also default names for missing keys."""
         for node, name, path, key in self._occurrences((GIVES, "link") if implied else (), section):
             if node.gives and isinstance(name, str):
                 yield Symbol(node.gives, name, path, key)
@@ -141,10 +139,10 @@ class SymbolTable:
                     yield from _keys(body.get("let"), "value", f'{kind} "{name}"')
 
     def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Symbol]:
-        """Yield the references to names of the given kinds, or of all kinds, in the order of the schema.
+        """Yield the references to names of some kinds, by default of all kinds, in the order of the schema.
 
         Before expansion, arguments, named values and parameters have the kind "value"; a name with "$" is yielded for
-        each possible kind. References to modes are yielded only on request.
+        each possible kind. References to modes are yielded only if ``kinds`` contains "mode".
         """
         wanted = {*kinds, INSIDE} if "mode" in kinds else kinds
         for node, name, path, key in self._occurrences(wanted, section, rules=not self.of_files):
@@ -183,7 +181,6 @@ class SymbolTable:
             yield from self._in_expressions(table, Place(table.span, table.via), {})
 
     def _in_expressions(self, value: Any, place: Place, owners: Mapping[str, str | None]) -> Iterator[Symbol]:
-        """Yield the names in expressions below a value; ``owners`` maps local names to their part, None for a loop."""
         if self.is_constant(value):
             return
         if isinstance(value, str):
@@ -205,7 +202,7 @@ class SymbolTable:
                     yield from self._in_expressions(item, at, inner)
 
     def spelt(self) -> Iterator[tuple[str, str, Path, bool]]:
-        """Yield the words to check for spelling as (description of the word, word, path, whether it is a key)."""
+        """Yield the words to check for spelling as (description of the word, word, path, True for a key)."""
         for node, name, path, key in self._occurrences((SPELT,)):
             if node.spelt and isinstance(name, str):
                 yield node.spelt, name, path, key
@@ -236,31 +233,31 @@ class SymbolTable:
 
     @property
     def names_by_kind(self) -> Mapping[str, Collection[str]]:
-        """For each kind, the names that the tree defines, including names in MJCF elements."""
+        """The names that the tree defines, by kind, including names in MJCF elements."""
         return self._contents[0]
 
     @property
     def uses_mount(self) -> bool:
-        """Whether anything is attached to the frame ``mount``."""
+        """True if anything is attached to the frame ``mount``."""
         return self._contents[1]
 
     @property
     def may_hide_names(self) -> bool:
-        """Whether the tree has XML elements, parameters or conditions, which may contain names."""
+        """True if the tree has XML elements, parameters or conditions, which may contain names."""
         return self._contents[2]
 
     def names_of_kinds(self, kinds: Iterable[str]) -> frozenset[str]:
-        """Return the names of all the given kinds."""
+        """Return the names of several kinds, such as "link" and "joint"."""
         return frozenset().union(*(self.names_by_kind.get(kind, ()) for kind in kinds))
 
     def defines(self, kind: str, name: str) -> bool:
-        """Return True if the tree defines a name of a kind, or the MJCF will, such as LINK_collision_1."""
+        """Return True if the tree defines a name of a kind, or the MJCF will, such as the shape LINK_collision_1."""
         if any(name in self.names_by_kind.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
             return True
         return kind == "shape" and self.makes(name)
 
     def makes(self, name: str) -> bool:
-        """Return True if the MJCF will have a shape of that name, such as LINK_visual_1 for the link LINK."""
+        """Return True if the MJCF will have a shape with this name, such as LINK_visual_1 for the link LINK."""
         found = _DERIVED.fullmatch(name)
         return found is not None and found[1] in self.names_by_kind.get("link", ())
 

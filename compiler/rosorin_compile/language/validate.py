@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 _validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}  # schema and validator by options of the outputs
 _MOST_VALIDATORS = 100
-MOST = 1e150  # the volume or moment of inertia of a body with larger sizes may overflow
+MOST = 1e150  # with larger sizes, the volume or inertia of a body may overflow
 
 
 def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = None) -> list[Diagnostic]:
     """Validate the structure, units and numbers of a tree, and return diagnostics.
 
-    ``formats`` are the valid formats of outputs; ``scope``, if not None, is that of the expressions.
+    ``formats`` are the output formats by name. With ``scope``, errors are reported at the arguments that cause them.
     """
     walk = _Walk(tree, formats)
     walk.through(tree)
@@ -79,7 +79,6 @@ class _Walk:
         self.misfits: list[tuple[Steps, Quantity, _Dimensions]] = []
 
     def through(self, value: Map | Seq) -> None:
-        """Check a mapping or list, and everything in it."""
         before = len(self.not_finite) + len(self.misfits)
         allowed: dict[str | int, _Dimensions | None] = {}
         for key, item in value.items() if isinstance(value, Map) else enumerate(value):
@@ -125,7 +124,7 @@ _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
 _TYPES |= {"object": "a mapping", "array": "a list"}
-# The rule and message for an error of each JSON Schema keyword that needs no help text.
+# (rule, message) by JSON Schema keyword, for errors that need no help text.
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
     "maximum": ("wrong-value", "{where} is {value}, but must be at most {wanted}"),
@@ -143,8 +142,6 @@ _SIMPLE = {
 
 
 class _Report:
-    """Convert a schema validation error to diagnostics."""
-
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
         self.tree, self.misfit, self.scope = tree, misfit, scope
         self.path, self.where = misfit.path, subject(misfit.path)
@@ -153,7 +150,6 @@ class _Report:
         self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return the diagnostics, or an empty list if another error causes this one."""
         wanted, where, value, keyword = self.misfit.wanted, self.where, self.value, self.misfit.keyword
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
@@ -272,7 +268,7 @@ class _Report:
 def not_allowed(
     tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "", scope: Scope | None = None
 ) -> Diagnostic:
-    """Return the error for a value that is not one of the allowed options; ``kind`` selects the synonyms."""
+    """Return the error for a value that is not one of the allowed ``options``; ``kind`` selects the synonyms."""
     allowed = list(options)
     names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in allowed))
     if isinstance(value, bool) and str(value).lower() in allowed:

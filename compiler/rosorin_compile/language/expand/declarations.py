@@ -1,6 +1,6 @@
-"""Parameters (``args``, ``params``) and their checks, and the allowed keys of parts, sensor types and ``use``.
+"""Declare and check parameters (``args``, ``params``), and check the keys of parts, sensor types and ``use`` entries.
 
-These are checked here, because the schema is only applied to the expanded tree, which has none of them.
+The JSON Schema does not cover them, because it is applied after expansion, which removes them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ from .placing import AXES, is_number, is_vector
 from .provenance import argument_at
 from .scope import EvaluationFailed, Scope, key_place, value_place
 
-Given = Mapping[str, tuple[Any, Place]]  # for each argument name, the value and where it was written
+Given = Mapping[str, tuple[Any, Place]]  # (value, position of the value) by argument name
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
@@ -39,7 +39,11 @@ _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "conten
 
 
 class Parameter(NamedTuple):
-    """A declared parameter; ``place`` is where its default or name was written; ``sound``: its declaration is valid."""
+    """A parameter that ``args`` or ``params`` declares; ``sound`` is False if the declaration has errors.
+
+    ``place`` is where the default (or else the name) was written. ``low`` and ``high`` are the limits ``min`` and
+    ``max``.
+    """
 
     name: str
     place: Place
@@ -65,9 +69,10 @@ class Parameter(NamedTuple):
 def declare(scope: Scope, declared: Any, given: Given, owner: str, user: Place | None = None, lets: Any = None) -> None:
     """Define each declared parameter as a name in a scope: its value is the argument, or else the default.
 
-    ``given`` has the arguments; wrong types, unknown names and missing arguments are reported. Messages call the part
-    or description ``owner`` and point to ``user``, the entry that lacks an argument (None: the command line). Defaults
-    may use the named values ``lets``. Expressions with a missing argument cause no further errors.
+    Report unknown arguments, missing arguments and wrong types. ``given`` has the arguments; ``owner`` is the name of
+    the part or description in messages. Missing arguments are reported at the entry ``user``, or at the declaration if
+    ``user`` is None. Defaults may use the named values ``lets``. Expressions with a missing argument cause no further
+    errors.
     """
     known = scope.declared = _parameters(scope, declared)
     unknown, spans = [name for name in given if name not in known], {key: one.place.span for key, one in known.items()}
@@ -173,7 +178,7 @@ def _fits(value: Any, wanted: str) -> bool:
 
 
 def check_part(name: str, parts: Map, scope: Scope) -> bool:
-    """Check the keys and sections of a part; return True if all are valid."""
+    """Report invalid keys and sections of the part ``name`` in ``parts``; return True if all are valid."""
     owner, body = f'part "{name}"', parts[name]
     if not isinstance(body, Map):
         scope.report("wrong-type", f"{owner} must be a mapping, not {_kind(body)}", place_of(parts, name, scope))
@@ -185,7 +190,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
 
 
 def check_use(name: str, entry: Map, scope: Scope) -> None:
-    """Check a ``use`` entry. Raises Failed after reporting errors."""
+    """Report invalid keys and values of the ``use`` entry ``name``. Raises EvaluationFailed if there are any."""
     owner = f'the entry "{name}" of "use"'
     good = check_entry(owner, entry, scope, _USE_KEYS, _USE_KINDS, "use")
     good &= not hides_letters("prefix", entry, scope)
@@ -203,7 +208,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 
 
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
-    """Report an invisible letter in the ``prefix`` of a part or robot; return True if an error was reported."""
+    """Report an invisible character in the value of ``key``; return True if it was reported."""
     value = entry.get(key)
     if letter := hidden_letter(value) if isinstance(value, str) else "":
         message = f'{key} "{value}" contains an invisible character: {in_words(letter)}'
@@ -212,13 +217,13 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report each ``for`` or ``if`` next to the entries of a section, not in an entry; return True if there is none."""
+    """Report ``for`` and ``if`` that are directly in a section, not in an entry; return True if there are none."""
     good = True
     tables = [(section, tree[section]) for section in sections if isinstance(tree.get(section), Map)]
     for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
         value = entries[control]
         is_control = isinstance(value, (str, bool))
-        if control == "for":  # could also be an entry named "for", to which a file may add "source"
+        if control == "for":  # an entry may also be named "for", and inherit "source" from its file
             entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
             legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
             is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)
@@ -231,7 +236,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
 
 
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
-    """Report sections of a wrong type; return True if all are valid. Allow expressions if ``evaluated`` is False."""
+    """Report sections of a wrong type; return True if there are none. Allow expressions if ``evaluated`` is False."""
     lists = merged_sections(ITEMS, in_parts=True)
     texts = () if evaluated else [key for key, value in tree.items() if isinstance(value, str) and "$" in value]
     kinds = {key: Seq if key in lists else Map for key in of_parts() if key not in texts}
@@ -241,8 +246,9 @@ def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) 
 def check_entry(
     owner: str, tree: Map, scope: Scope, keys: Sequence[str] | None, kinds: Mapping[str, type], word: str = ""
 ) -> bool:
-    """Report keys not in ``keys``, and values that are not of the types in ``kinds``; return True if all are valid.
+    """Report keys that are not in ``keys``, and values of a wrong type; return True if there are none.
 
+    ``owner`` is the entry's name in messages. If ``keys`` is None, all keys are valid. ``kinds`` maps keys to types.
     ``word`` is the kind of entry, such as "arg", which selects the synonyms in suggestions.
     """
     unknown = [key for key in tree if keys is not None and key not in keys]
@@ -280,7 +286,7 @@ def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: 
 
 
 def place_of(entry: Map, key: str, scope: Scope) -> Place:
-    """Return where the value of a key was written, or where the entry was written if it lacks the key."""
+    """Return the place of the value of ``key``, or the place of the entry if it lacks the key."""
     return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
 
 

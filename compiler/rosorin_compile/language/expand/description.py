@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _FORMS = {"parts": 'write "NAME: {links: ..., joints: ...}"', "use": 'write "NAME: {part: ...}"'}
 _FORMS |= {"sensor_types": 'write "NAME: {params: ..., mjcf: ...}"'}
 _NOT_EVALUATED = ("args", "modes")
-MAX_SHOWN = 40  # characters of an argument in a message
+MAX_SHOWN = 40  # maximum number of characters of an argument in a message
 _MAX_FILES = 500
 _CHECKED = ("argument", "value", "part", "sensor type", "publisher", "mode")
 _EXPRESSIONS = ("argument", "value", "parameter")
@@ -53,11 +53,11 @@ MAX_RELATED = 6
 
 
 class ExpandedDescription(NamedTuple):
-    """The result of ``expand``: the plain tree (None after an error), the diagnostics, and the files that were read.
+    """The result of ``expand``: the tree without includes, parts, loops and expressions, or None after an error.
 
-    ``scope`` has the arguments and named values of the description (None if its main file cannot be read), ``resolved``
-    the packages that were found. ``unused`` has warnings about unused names, to print if there are no errors.
-    ``symbols`` has the names in the files before expansion.
+    ``files`` are the files that were read, ``resolved`` the packages that were found. ``scope`` has the arguments and
+    named values of the description, or is None if the main file cannot be read. ``unused`` has warnings about unused
+    names, to print only if there are no errors. ``symbols`` has the names in the files before expansion.
     """
 
     tree: Map | None
@@ -77,11 +77,11 @@ def expand(
     packages: Mapping[str, Path] | None = None,
     cache: dict[Any, Any] | None = None,
 ) -> ExpandedDescription:
-    """Expand the description with the main file ``path``.
+    """Expand the description with the main file ``path``: resolve includes, parts, loops and expressions.
 
-    ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. Errors in a
-    ``Map`` are reported at positions in its file. ``tell`` is called with a warning before a xacro file executes code;
-    without it, warnings are returned. ``robots`` reads included robots in other formats; without it, they are skipped.
+    ``arguments`` maps names to values; strings are parsed like YAML scalars, as on the command line. If it is a
+    ``Map``, errors are reported at positions in its file. ``robots`` reads included robots in other formats; None skips
+    them. ``tell`` is called with a warning before a xacro file executes code; if it is None, the warnings are returned.
     ``packages`` maps names of ROS packages to folders. ``cache`` keeps parsed files between calls.
     """
     reader = Reader(path, robots, packages, cache)
@@ -102,7 +102,7 @@ def expand(
     offered = [*reader.offered, *(robot.item for robot in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
     check_letters(symbols, scope)
-    for file in reader.sourced:  # validate "source" here, because in a file without entries no entry gets it
+    for file in reader.sourced:  # check here: a file may have no entries that inherit its "source"
         if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
             top = Map(root.span)
             top.put("robot", "robot", root.span, root.span)
@@ -120,7 +120,7 @@ def expand(
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Replace errors about missing names that a misspelled section or ``for`` causes by an error about that key."""
+    """If a misspelled section or ``for`` causes errors about missing names, report the misspelled key instead."""
     sections = root.copy()
     for key in sections.keys() & {*schema("description")["properties"], *_FORMS}:
         del sections[key]
@@ -167,7 +167,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     uses = root.get("use")
     if isinstance(uses, Map):
         good &= check_controls("", root, ("use",), scope) and parts.use(tree, uses, scope)
-    for name, body in parts.own.items():  # parts without a use have not been checked yet
+    for name, body in parts.own.items():  # unused parts have not been checked yet
         if id(body) not in parts.sound:
             check_part(name, parts.own, scope)
     if not good:
@@ -177,7 +177,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
 
 
 def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, scope: Scope) -> None:
-    """Define the arguments of the description: values come from the caller, else from an include, else the default."""
+    """Define the arguments of the description; values from the caller override values from includes and defaults."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
     given: dict[str, tuple[Any, Place]] = {}
@@ -204,7 +204,6 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
 
 
 def _given(value: Any, kind: Any, span: "Span") -> Any:
-    """Convert the value of an argument to tree nodes; all items of a list or dict get the span ``span``."""
     if type(value) is str:
         if kind == "boolean" and value in ("0", "1"):
             return value == "1"
@@ -223,12 +222,12 @@ def _given(value: Any, kind: Any, span: "Span") -> Any:
 
 
 def check_letters(symbols: SymbolTable, scope: Scope) -> None:
-    """Report invisible letters in the names that a description defines; warn of names that look alike."""
+    """Report invisible characters in the names that a description defines, and warn about names that look alike."""
     first: dict[tuple[str, ...], Symbol] = {}
     for one in symbols.definitions():
         if one.place is None:
             continue
-        ignore_case = one.kind in ("part", "sensor type")  # for values, r and R are usual names for different things
+        ignore_case = one.kind in ("part", "sensor type")  # named values may differ only in case: r, R
         if letter := hidden_letter(one.name):
             message = f'{one.kind} "{one.name}" contains an invisible character: {in_words(letter)}'
             scope.report("invisible-letter", message, one.place, "retype the name without this character")
@@ -248,7 +247,7 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
     used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
-    if isinstance(outputs, Map):  # templates may use any publisher or mode; options of outputs name modes
+    if isinstance(outputs, Map):  # templates may use any publisher or mode, and options of outputs any mode
         templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
         hidden |= {"publisher", "mode"} if templates else set()
         used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
@@ -271,7 +270,7 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
 
 
 def _is_shared(file: Path, read: Iterable[Path]) -> bool:
-    """Return True if a YAML file of another description in a nearby folder contains the name of the file."""
+    """Return True if a YAML file of another description nearby mentions ``file``, and so may use its names."""
     own, siblings = {files.resolve(path) for path in read}, chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
     others = (path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS)
     with suppress(OSError):
@@ -280,7 +279,7 @@ def _is_shared(file: Path, read: Iterable[Path]) -> bool:
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Replace errors about names that an entry removed by ``if`` or ``for`` would define by one about that entry."""
+    """If an entry that ``if`` or ``for`` removed would define missing names, merge the errors about these names."""
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.names_by_kind.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
@@ -297,7 +296,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     for name in missing:
         for key, entry in dropped.items():
             begin = re.match(key[1], name) if entry.is_use else re.fullmatch(key[1], name)
-            # A name belongs to a removed use only if no existing name has its prefix.
+            # A name belongs to a removed ``use`` entry only if no existing name has its prefix.
             if begin is not None and not (entry.is_use and any(one.startswith(begin[0]) for one in existing)):
                 causes.setdefault(name, key)
     others: list[Diagnostic] = []
@@ -310,10 +309,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
 
 
 def _pattern(entry: DisabledEntry) -> str:
-    """Return a regular expression for the names that a removed entry would define, or for the prefix of its part.
-
-    Names are evaluated as if the entry existed; in a loop without iterations, expressions match any text.
-    """
+    """Return a regular expression for the names that a removed entry would define, or for the prefix of its part."""
     scope, expansion, key, item = entry.scope, entry.scope.expansion, entry.key, entry.item
     texts, patterns = [text for text in (key, *_frames(item)) if text], []
     if entry.is_use:
@@ -332,7 +328,6 @@ def _pattern(entry: DisabledEntry) -> str:
 
 
 def _explained(entry: DisabledEntry, group: list[Diagnostic]) -> Diagnostic:
-    """Return the first error that a removed entry causes, with the positions of the other errors."""
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop is empty"
     if not entry.is_empty:

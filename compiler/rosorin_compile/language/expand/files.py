@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 Cache = dict[Any, Any] | None  # parsed files, reused by later calls
 
 ADDRESS = "package://"
-MAX_FILES = 10_000  # safety limit: files that include several others multiply
+MAX_FILES = 10_000  # safety limit: nested includes can grow exponentially
 MAX_NESTED = 200
 
 INCLUDE_KINDS: dict[str, type] = {"args": Map, "file": str, "package": str, "packages": Map}
 
 
 class RobotInclude(NamedTuple):
-    """An include of a robot in another format: the entry ``item``, its place, and the file ``by`` that contains it."""
+    """An include of a robot in another format: the ``include`` entry, its place, and the file that contains it."""
 
     item: Map
     place: Place
@@ -46,7 +46,7 @@ class RobotInclude(NamedTuple):
 
 
 class Reader:
-    """Read a file and its includes; collect named values, included robots, file names and diagnostics."""
+    """Read a main file and its includes; collect named values, included robots, file names and diagnostics."""
 
     def __init__(
         self, root: Path, robots: "RobotReader | None", packages: Mapping[str, Path] | None = None, cache: Cache = None
@@ -60,8 +60,8 @@ class Reader:
         self.scope = Scope(Expansion())  # the names that the description defines
         self.diagnostics = self.scope.expansion.diagnostics
         self.lets: list[Map] = []  # the "let" section of each file
-        self.given: dict[str, tuple[Any, Place]] = {}  # for each argument that includes set: its value and place
-        self.offered: list[Map] = []  # the "args" of each include, as written
+        self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes set, as (value, place) by name
+        self.offered: list[Map] = []  # the "args" of each include, not evaluated
         self.robots: list[RobotInclude] = []
         self.unread = False  # True if a file could not be read
         self.sourced: list[Map] = []  # included files with the key "source"
@@ -69,7 +69,10 @@ class Reader:
         self._includes: dict[str, Include] = {}
 
     def read(self, path: Path, via: Instance | None = None, within: tuple[Path, ...] = ()) -> Map | None:
-        """Read a file and the files that it includes, and join their sections; return None if it cannot be read."""
+        """Read a file and the files that it includes, and join their sections; return None if it cannot be read.
+
+        ``via`` is the include that led to this file (None for the main file), ``within`` are the including files.
+        """
         name, include = label(path), via.span if via else None
         self.files.append(path)
         Progress.step("reading files", len(self.files))
@@ -110,7 +113,6 @@ class Reader:
         return made
 
     def _cached(self, key: Any, path: Path, name: str, include: Span | None, read: Callable[[], Any]) -> Any:
-        """Return the tree of a file, from the cache if the text is unchanged. Raises LoadError."""
         source, tree = self.cache.get(key, (None, None))
         if source is None or read_utf8(path, name, include) != source:
             tree = read()
@@ -151,7 +153,7 @@ class Reader:
         return made
 
     def target(self, name: str, package: str | None, by: Path, packages: Mapping[str, Path]) -> Path:
-        """Return the path of an include in the file ``by``: in the project, or in a package. Raises LoadError."""
+        """Return the path of the file ``name`` that ``by`` includes. Raises LoadError if it cannot be included."""
         file = name
         if package and name.startswith(ADDRESS):
             raise LoadError(
@@ -180,7 +182,7 @@ class Reader:
         return Path(label(folder / inner))
 
     def packages_of(self, item: Map, by: Path) -> dict[str, Path]:
-        """Return the package folders for an include: those of its entry, overridden by the arguments of the caller."""
+        """Map package names to folders for an include; folders from the caller override ``packages`` of the entry."""
         named = item.get("packages")
         folders = named.items() if isinstance(named, Map) else ()
         return {**{name: by.parent / str(folder) for name, folder in folders}, **self.packages}
@@ -193,7 +195,7 @@ class Reader:
         return folder
 
     def inside(self, target: Path) -> bool:
-        """Return True if a file (links resolved) is in the project of the description or in a package that it uses."""
+        """Return True if a file, with symlinks resolved, is in the project or in a package of the description."""
         with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))
         return False
@@ -223,7 +225,7 @@ class Reader:
         return made
 
     def parts_file(self, name: str) -> Path | None:
-        """Return the path of a file with parts, ``FILE`` of the library or ``PACKAGE:FILE`` of a package, or None."""
+        """Return the path of a parts file, ``FILE`` in the library or ``PACKAGE:FILE``, or None if there is none."""
         package, colon, file = name.rpartition(":")
         folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:
@@ -235,7 +237,7 @@ class Reader:
         return path
 
     def load_function(self) -> Callable[[Any], Any]:
-        """Return the function ``load`` of expressions, which reads a YAML file of the project or a package once."""
+        """Return the function ``load`` for expressions, which reads a YAML file of the project or a package."""
 
         @cache
         def load(name: Any) -> Any:
@@ -255,7 +257,7 @@ class Reader:
         return load
 
     def find_function(self) -> Callable[..., Any]:
-        """Return the function ``find`` of expressions, which returns the folder of a ROS package."""
+        """Return the function ``find`` for expressions, which returns the folder of a ROS package."""
         package = cache(partial(self.package, packages=self.packages, by=self.root))
 
         def find(name: Any, *default: Any) -> Any:
@@ -271,7 +273,10 @@ class Reader:
 
 
 def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Sequence[str] = ()) -> bool:
-    """Report invalid keys and values of an include; return True if all are valid. ``keys`` are further valid keys."""
+    """Report invalid keys and values of an ``include`` entry; return True if there are none.
+
+    ``kinds`` maps keys to their types; ``keys`` are additional valid keys, whose values are not checked.
+    """
     good = check_entry('the entry of "include"', entry, scope, (*kinds, *keys), kinds)
     packages = entry.get("packages")
     if isinstance(packages, Map):
@@ -284,7 +289,7 @@ def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Seq
 
 
 def with_nearest_file(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
-    """If a diagnostic reports a missing file, add a similar file name in the same folder as a suggestion."""
+    """If ``diagnostic`` reports that ``target`` is missing, suggest the most similar file name in its folder."""
     is_missing = diagnostic.rule == "file-unreadable" and not exists(target)
     close = Description.nearest_file(target) if is_missing else None
     return replace(diagnostic, help=suggest(f"{name[: name.rfind('/') + 1]}{close.name}")) if close else diagnostic

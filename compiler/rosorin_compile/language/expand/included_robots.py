@@ -1,4 +1,4 @@
-"""Robots in other formats (URDF, xacro, SDF, MJCF) in a description: read, rename, attach and join them.
+"""Read, rename and attach the robots in other formats (URDF, xacro, SDF, MJCF) that a description includes.
 
 They are read after the arguments of the description have values; expressions in their files are not evaluated.
 """
@@ -43,7 +43,7 @@ _KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool, "wit
 _KINDS |= dict.fromkeys(("macro", "prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
 _PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # valid prefixes of names
-# Command line options in suggestions of the readers, and the keys of an include to suggest instead.
+# Patterns of command line options in help texts of importers, and keys of ``include`` to suggest instead.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
@@ -55,17 +55,17 @@ _DEFAULT = ("integrator", "Euler")  # MuJoCo's default integrator
 # URDF elements, as (parent, element), whose names must be unique: they always get the prefix.
 _UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
 _UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
-# Elements whose name has a meaning in another program, and attributes that never name a link or joint.
+# Tags of elements whose name must not get the prefix, and attributes that never contain a link or joint name.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
 _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
 
 # A URL, an absolute path, or a path with a Windows drive letter.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
-OF_MJCF = ("mjcf", "mjcf_elements")  # keys whose values are lists of MJCF elements: of the robot, of a link
+OF_MJCF = ("mjcf", "mjcf_elements")  # keys of the description and of a link with lists of MJCF elements
 
 
 class IncludedRobot(NamedTuple):
-    """An evaluated include of a robot: entry, scope, place and file; ``via`` is set in the values that it adds."""
+    """An evaluated ``include`` entry of a robot; ``by`` is the including file, ``via`` marks values that it adds."""
 
     entry: Map
     scope: Scope
@@ -75,7 +75,7 @@ class IncludedRobot(NamedTuple):
 
 
 class IncludedRobots:
-    """Read the robots that a description includes; read a file again only for other arguments."""
+    """Read the robots that a description includes; read a file only once for the same arguments."""
 
     def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
         self.reader, self.robots, self.tell = reader, robots, tell
@@ -86,7 +86,7 @@ class IncludedRobots:
         self.told: set[str] = set()
 
     def fragments(self) -> Iterator[Map | None]:
-        """Yield the sections of each included robot, or None after reporting errors in it."""
+        """Yield the sections of each included robot, or None for a robot with errors, which are reported."""
         for item, place, by in self.reader.robots:
             try:
                 for scope, body in self.reader.scope.entries(item):
@@ -180,7 +180,6 @@ class IncludedRobots:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
 
     def _report(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
-        """Report a diagnostic of an included file in terms of includes; ``ahead`` is True before the file is read."""
         message, help = diagnostic.message, diagnostic.help
         for pattern, replacement in _WORDS:
             message, help = pattern.sub(replacement, message), pattern.sub(replacement, help)
@@ -196,7 +195,7 @@ class IncludedRobots:
             self.diagnostics.append(reported)
 
     def _with_meshes(self, made: Map, include: IncludedRobot) -> Map:
-        """Return a robot whose mesh paths are valid for its artifacts; warn of meshes that artifacts cannot find."""
+        """Make the mesh paths of a robot relative to its artifacts; warn about meshes that are not found from there."""
         entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
@@ -206,22 +205,19 @@ class IncludedRobots:
             return move_files(made, folder)
         base = Path(os.path.abspath(made.span.source.path)).parent
         places = {name: os.path.normpath(base / name) for name in names}
-        # The innermost folder that contains the robot and all meshes, where artifacts search.
+        # Paths in artifacts are relative to the innermost folder that contains the robot and all meshes.
         top = Path(os.path.commonpath([base, *places.values()]))
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
         homes = {name: [folder for folder in above if files.is_file(folder / found)] for name, found in new.items()}
-        if missed := [name for name in names if homes[name] != [top]]:  # not in that folder, or in several folders
+        if missed := [name for name in names if homes[name] != [top]]:  # missing there, or also in another folder
             message = f"paths of meshes or textures are relative to {file}, not to the artifacts: {first_of(missed, 1)}"
             help = 'write "meshes: FOLDER", relative to the artifacts, or "meshes: package://NAME"'
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
         return map_files(made, lambda name: name if name in missed else new.get(name, name)) if new else made
 
     def _attached(self, made: Map, foreign: ImportedRobot, include: IncludedRobot) -> Map:
-        """Return a robot with the joint that attaches its root. Raises Failed after reporting a duplicate name.
-
-        If a macro creates that joint itself, it is the joint whose parent is ``foreign.mount``.
-        """
+        """Add the joint that attaches the root of a robot to ``parent``, unless a macro already creates this joint."""
         entry, via = include.entry, include.via
         is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
         others = (*foreign.passed, "publisher") if is_on_parent else foreign.passed
@@ -235,7 +231,7 @@ class IncludedRobots:
                 help = f'remove "{keys[0]}"' if foreign.mount else 'write "parent: FRAME"'
                 message = f'"{keys[0]}" of the entry of "include" has no effect: {attached}'
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
-            if is_on_parent:  # the include sets these values, so report errors in them there
+            if is_on_parent:  # report errors in these values at the include that sets them
                 made["joints"] = joints = copy(have)
                 for name, joint in have.items():
                     if joint["parent"] == entry["parent"]:
@@ -269,7 +265,7 @@ class IncludedRobots:
         return made
 
     def settle(self, tree: Map) -> None:
-        """Copy simulation settings of included robots, such as the integrator, to the MJCF outputs."""
+        """Copy simulation settings of included robots, such as the integrator, to MJCF outputs of the description."""
         outputs = tree["outputs"] if isinstance(tree.get("outputs"), Map) else {}
         names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
         for include, robot in self.included if names else ():
@@ -321,7 +317,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
 
 
 def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
-    """Add a prefix to the names in an imported robot; return its sections, and how often each name occurs in XML."""
+    """Prefix the names in an imported robot; return (sections, number of renamed references in raw XML by name)."""
     fragment = tree.made_by(via).copy()
     for key in (key for key, node in sections().items() if node.whole):
         fragment.pop(key, None)
@@ -364,7 +360,7 @@ def map_files(tree: Map, rename: Callable[[str], str]) -> Map:
     """Return the tree of a robot with each mesh or texture file name replaced by ``rename(name)``."""
     made = tree.copy()
     for key, value in tree.items():
-        if key != "outputs":  # the files of outputs are artifacts
+        if key != "outputs":  # "file" in outputs names an artifact
             made[key] = _mapped(value, rename, key)
     return made
 
@@ -377,7 +373,7 @@ def relative_files(tree: Map) -> list[str]:
 
 
 def move_files(tree: Map, folder: str) -> Map:
-    """Return the tree of a robot with ``folder`` before each relative mesh or texture file name."""
+    """Return the tree of a robot with ``folder`` prepended to each relative mesh or texture file name."""
     return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else f"{folder.rstrip('/')}/{name}")
 
 
@@ -385,7 +381,7 @@ def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:
     if isinstance(node, Map):
         made = node.copy()
         for name, value in node.items():
-            # In a section mjcf, these are names of textures, not files.
+            # Under ``mjcf``, the values of these keys are names of textures, not files.
             is_file = key != "mjcf" and name in ("file", "texture") and isinstance(value, str)
             made[name] = rename(value) if is_file else _mapped(value, rename, name)
         return made

@@ -1,10 +1,10 @@
 """Parts and sensor types: reusable pieces of a description with parameters.
 
-A ``use`` entry refers to a part by ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that
-ships with the tool) or ``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
+A ``use`` entry refers to a part by ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that ships
+with the tool) or ``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
 
-A sensor type has ``params``, which a sensor sets under ``with``, named values under ``let``, and keys that its sensors
-get unless they set them. Expressions in it may use the ``name``, ``frame`` and ``parent`` of the sensor.
+A sensor type has parameters (``params``, set by ``with`` in a sensor), named values (``let``) and default values for
+keys of its sensors. Its expressions may use the ``name``, ``frame`` and ``parent`` of the sensor.
 """
 
 import sys
@@ -31,7 +31,7 @@ from .placing import Use, copy, join, place_fragment, with_source
 from .scope import EvaluationFailed, Scope, key_place, value_place
 
 MAX_NESTED = 40
-INSTANCE = 20  # number of values that an instance of a part counts as, in addition to those in its sections
+INSTANCE = 20  # each instance of a part counts as this number of values, plus the values in its sections
 
 
 class Part(NamedTuple):
@@ -43,7 +43,7 @@ class Part(NamedTuple):
 
 
 class Parts:
-    """Look up parts and instantiate them; ``library`` returns the path of a file with parts."""
+    """Look up and instantiate parts; ``library`` maps the name of a parts file to its path, or to None."""
 
     def __init__(self, own: Any, scope: Scope, library: Callable[[str], Path | None]) -> None:
         self.own = own if isinstance(own, Map) else Map(Span(Source("", ""), 1, 1))
@@ -53,13 +53,13 @@ class Parts:
         self.found: dict[str, Part] = {}
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
-        """Instantiate the part of each ``use`` entry and add its sections to the tree; return True if all are valid."""
+        """Instantiate the part of each ``use`` entry and add it to the tree; return True if there are no errors."""
         good = True
         via = scope.via or entries.via
         for key, item in entries.items():
             place = Place(entries.key_spans[key], via)
             try:
-                # Check this before evaluation, which would treat a section of the content as an entry with a loop.
+                # Check before evaluation, which would treat a section with a misplaced ``for`` as a loop.
                 content = item.get("content") if isinstance(item, Map) else None
                 owner, sections = f' in "content" of entry "{key}" of "use"', merged_sections(ENTRIES, in_parts=True)
                 if isinstance(content, Map) and not declarations.check_controls(owner, content, sections, scope):
@@ -77,7 +77,7 @@ class Parts:
         return good
 
     def instance(self, name: str, entry: Any, scope: Scope, place: Place, depth: int = 0) -> Map:
-        """Return the sections that a ``use`` entry creates. Raises Failed after reporting errors."""
+        """Return the sections that a ``use`` entry creates. Raises EvaluationFailed after reporting errors."""
         if not isinstance(entry, Map):
             message = f'the entry "{name}" of "use" must be a mapping that names a part'
             raise scope.fail("wrong-type", message, place, 'write "part: NAME"')
@@ -94,7 +94,7 @@ class Parts:
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
             scope.report("part-cycle", message, place, 'a part that uses itself needs an "if" to end')
-            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop here, to report this only once
+            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop the expansion, to report this once
             raise EvaluationFailed
         prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
@@ -181,7 +181,6 @@ class Parts:
         return suggest(*names[close]) if close else ""
 
     def _load(self, path: Path, file: str, use: Span) -> tuple[Map, Scope]:
-        """Return the parts of a file, and its scope. Raises Failed; errors in the file are reported only once."""
         if path not in self.files:
             self.files[path] = None
             package, _, name = file.rpartition(":")
@@ -203,7 +202,6 @@ class Parts:
 
 
 def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
-    """Define the parameters (from the arguments of ``entry``) and ``let`` of a part or sensor type. Raises Failed."""
     before, params = len(scope.expansion.diagnostics), body.get("params")
     given = Map(entry.span, entry.via) if entry.get("with") is None else entry["with"]
     if not isinstance(given, Map):
@@ -215,10 +213,10 @@ def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
 
 
 class ChangedSensor(Seq):
-    """The Gazebo sensor of a sensor type with the changes of a sensor; ``brought`` is the unchanged Gazebo sensor.
+    """The Gazebo sensor of a sensor type, changed by a sensor; ``brought`` is the Gazebo sensor before the changes.
 
-    When the changes move the Gazebo sensor, MuJoCo elements of the type move with it. ``brought`` is None if the sensor
-    defines its own MuJoCo elements.
+    If the changes move the Gazebo sensor, the MuJoCo elements of the sensor type move with it. ``brought`` is None if
+    the sensor defines its own MuJoCo elements.
     """
 
     __slots__ = ("brought",)
@@ -226,7 +224,7 @@ class ChangedSensor(Seq):
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
-    """Add to each sensor of a tree the values that its sensor type defines."""
+    """Add the values of sensor types to the sensors; look up types in ``own``, then in the file ``library``."""
     sensors: Any = tree.get("sensors")
     types = own if isinstance(own, Map) else {}
     shared: Any = None
@@ -308,7 +306,7 @@ def _merged(base: Map, changes: Map) -> Map:
     return made
 
 
-# MJCF attributes that are positions or directions, which ``mirror`` does not change.
+# MJCF attributes that are positions or directions; ``mirror`` cannot change them.
 _SPATIAL = {"pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "dir", "anchor", "relpose"}
 
 

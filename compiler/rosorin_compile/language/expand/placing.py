@@ -1,7 +1,7 @@
 """Place the contents of a part in a robot, and join sections of files and parts.
 
-Names get a prefix, poses are mirrored, and entries on the frame ``mount`` are attached to the parent; the schema marks
-which values these are. Under a reflection S, a rotation R becomes S R S, and a position p becomes S p.
+Names get a prefix, poses are mirrored, and entries on the frame ``mount`` are attached to the parent; annotations of
+the schema mark these values. Under a reflection S, a rotation R becomes S R S, and a position p becomes S p.
 """
 
 import math
@@ -28,14 +28,14 @@ Rename = Callable[[str], str]
 
 
 AXES = {"x": 0, "y": 1, "z": 2}
-# New names for the sides of a base that is mirrored across x, y or z.
+# Words to swap in wheel names such as front_left if a part is mirrored along x, y or z.
 _SIDES: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 
 class Use(NamedTuple):
-    """How to place a part in a robot: a prefix, the frame that replaces ``mount``, the pose in it, and a mirror axis.
+    """How to place a part in a robot: name prefix, parent frame (replaces ``mount``), pose in this frame, mirror axis.
 
-    ``xyz`` is in metres, ``rpy`` in radians; ``mirror`` is "x", "y" or "z", the coordinate of the mount to negate.
+    ``xyz`` is in metres, ``rpy`` in radians. ``mirror`` ("x", "y" or "z") is the coordinate of ``mount`` to negate.
     """
 
     prefix: str
@@ -46,10 +46,10 @@ class Use(NamedTuple):
 
 
 def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, elements: Rename | None = None) -> Map:
-    """Return a fragment renamed, mirrored and attached as ``use`` specifies.
+    """Return the sections of a part with names, poses and parent frames changed as ``use`` specifies.
 
-    ``names`` is the symbol table of the fragment; by default, it is computed. ``elements`` is the function that renames
-    in URDF elements; by default, it renames references to links and joints of the fragment.
+    ``names`` is the symbol table of the fragment, computed by default. ``elements`` renames the links and joints in a
+    string of URDF elements; by default, it renames only links and joints that the fragment defines.
     """
     placer = _Placer(names or SymbolTable(fragment), use, elements)
     made = fragment.copy()
@@ -60,8 +60,6 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
 
 
 def _tagged(section: str, value: Any, via: Instance | None) -> Any:
-    """Set ``via`` of each entry in a section, so that messages name the part that created it."""
-
     def tag(entry: Any) -> Any:
         own = getattr(entry, "via", None)
         if via is None or (own is not None and own.made):
@@ -84,7 +82,7 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
 
 
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
-    """Apply ``change`` to each value of a mapping or list."""
+    """Return a copy of a mapping or list with ``change`` applied to each value."""
     if isinstance(section, Map):
         return map_table(section, lambda name: name, change)
     made = Seq(section.span, section.via)
@@ -94,7 +92,7 @@ def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def map_table(table: Map, rename: Rename, change: Callable[[Any], Any] = lambda value: value) -> Map:
-    """Rename each key of a mapping, and apply ``change`` to each value."""
+    """Return a copy of a mapping with each key renamed and ``change`` applied to each value."""
     made = Map(table.span, table.via)
     for name, value in table.items():
         made.put(rename(name), change(value), table.key_spans[name], table.value_spans[name])
@@ -129,7 +127,6 @@ class _Placer:
         self.active |= {MIRROR} if self.mirror is not None else set()
 
     def value(self, node: Node, value: Any) -> Any:
-        """Return a value renamed, mirrored and attached; ``node`` has the annotations of its schema."""
         if self.active.isdisjoint(node.of):
             return value
         if node.inside:
@@ -167,13 +164,11 @@ class _Placer:
         return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
-        """Return the name in the robot for a name in the part, with the prefix of the use."""
         if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.names_by_kind.get("link", ()):
             return name if self.use.parent is None else self.use.parent
         return self.use.prefix + name if self.names.defines(kind, name) else name
 
     def _mounted(self, entry: Map, changes: dict[str, Any], keys: Sequence[str]) -> dict[str, Any]:
-        """Transform a pose and directions relative to ``mount`` to the frame that the part is attached to."""
         own = {key: changes.get(key, entry.get(key)) for key in ("xyz", "rpy", *keys)}
         xyz, rpy = self.use.xyz, self.use.rpy
         directions = [key for key in keys if key not in ("xyz", "rpy") and own[key] is not None]
@@ -221,7 +216,7 @@ def _vector(value: Any) -> tuple[float, float, float]:
     return (float(x), float(y), float(z))
 
 
-# Functions that mirror a mapping: they take the mapping and the index of the axis, and return the changed values.
+# Each function mirrors a mapping along an axis (0, 1, 2 for x, y, z) and returns the keys and values that change.
 
 
 def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
@@ -242,7 +237,6 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
-    """Mirror a height map: reverse its cells along x or y, or negate the heights along z, which a rule reports."""
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
     if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
         return {}
@@ -287,34 +281,34 @@ def _gear(actuator: Map, axis: int) -> dict[str, Any]:
     return {"gear": sequence_like([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
 
 
-# The function that mirrors a mapping for each value of ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
+# Mirror functions by value of the annotation ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
 MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
 MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
 MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}
 
 
 def side(role: str, axis: int | None) -> str:
-    """Mirror the name of a wheel: across y, ``front_left`` becomes ``front_right``."""
+    """Mirror a wheel name along an axis (0, 1, 2 for x, y, z): for y, ``front_left`` becomes ``front_right``."""
     swapped = _SIDES[axis] if axis is not None else {}
     return "_".join(swapped.get(word, word) for word in role.split("_"))
 
 
 def is_number(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for a number without a unit, or of the dimension; if that is None, for every number."""
+    """Return True for a number that has no unit or a unit of ``dimension``; None allows any unit."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return dimension is None or not isinstance(value, Quantity) or value.dimension == dimension
 
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
-    """Return True for None, or a list of three finite numbers of the dimension (see ``is_number``)."""
+    """Return True for a list of three finite numbers that pass ``is_number``, and for None."""
     if not isinstance(value, list) or len(value) != 3:
         return value is None
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
 def sequence_like(values: Iterable[Any], like: Any) -> Seq:
-    """Return a sequence of values; each has the span of the same item of a sequence ``like``, or that of a mapping."""
+    """Return a Seq of values with the source positions of the items of ``like``, or of ``like`` if it is a mapping."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)
     for index, value in enumerate(values):
@@ -332,13 +326,13 @@ def _negative(value: float) -> float:
     return -value if value else value  # avoid -0.0
 
 
-OF_PARTS = ("parts", "sensor_types", "use")  # sections to join that the schema of expanded descriptions does not have
+OF_PARTS = ("parts", "sensor_types", "use")  # sections that exist only before expansion
 
 
 def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
-    """Add the sections of a fragment to a tree; report conflicts; return True if all sections could be added.
+    """Add the sections of ``more`` to ``tree``, and report conflicts; return True if there are none.
 
-    ``parts`` is True for the fragment of a part, whose entries record in ``via`` the use that created them.
+    ``parts`` is True if ``more`` is from a part; its entries record in ``via`` the ``use`` entry that created them.
     """
     good, joined = True, (*merged_sections(ENTRIES, ITEMS, WITHIN), *OF_PARTS)
     for section, value in more.items():
@@ -380,7 +374,6 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    """Report a name that two mappings define, at the argument that the name was made from, if any; return False."""
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
@@ -434,20 +427,20 @@ def _is_table_of_entries(value: Any) -> bool:
 
 
 def copy(value: Any) -> Any:
-    """Return a copy of a mapping or list, to which entries may be added."""
+    """Return a shallow copy of a mapping or list; return any other value unchanged."""
     if isinstance(value, Map):
         return value.copy()
     return map_items(value, lambda item: item) if isinstance(value, Seq) else value
 
 
 def with_source(tree: Map, owner: Map) -> Map:
-    """Add ``source`` of a use entry to all entries of the sections that lack it."""
+    """Copy the key ``source`` of a ``use`` entry to all entries in ``tree`` that lack it."""
     maps = [(key, part) for key, part in tree.items() if isinstance(part, Map) and not holds_many(key)]
     return tree.like({key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps})
 
 
 def with_sources(section: Map, owner: Map) -> Map:
-    """Add ``source`` of a file or use entry to all entries of a section that lack it."""
+    """Copy the key ``source`` of a file or ``use`` entry to all entries of a section that lack it."""
     return section.like({name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)})
 
 

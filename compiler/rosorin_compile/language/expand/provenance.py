@@ -27,50 +27,54 @@ _LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
 _STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
 _MOUNT = f"={MOUNT}"  # pseudo name of the frame that a part is attached to
 _OF_USE = ("name", "mirrored", "prefix")  # names that are defined in every part, but not by an argument
-MAX_STEPS = 20  # limit of chains such as a: ${b}, b: ${c}
-MAX_DEPTH = 100  # limit of nested expressions
+MAX_STEPS = 20  # maximum length of a chain of names such as a: ${b}, b: ${c}
+MAX_DEPTH = 100  # maximum depth of nested expressions
 
 USED = "used here"
-# Rules about the kind of a value, not its magnitude.
+# Rules about the type or unit of a value, not its magnitude.
 OF_KINDS = ("wrong-unit", "wrong-type")
-# Rules about names: an error at a key may be caused by an argument in the key.
+# Rules about names. If the name is a key with an expression, an argument may cause the error.
 _OF_NAMES = ("bad-name", "unknown-link", "unknown-joint", "unknown-name", "unknown-frame-id", "unknown-servo")
 
 
 class Origin(NamedTuple):
-    """Where a value was written; ``others`` are the other arguments that it was calculated from."""
+    """The position where a value was written; ``others`` are further arguments from which it was calculated."""
 
     span: Span
     others: tuple[Span, ...] = ()
 
     def related_places(self, used: Span) -> tuple[Related, ...]:
-        """Return related positions for messages: where the value is used, and where the other arguments are."""
+        """Return related positions for a message: where the value is used, and the other arguments."""
         return (Related(USED, used), *(Related("the value also depends on this", span) for span in self.others))
 
 
 def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:
-    """Return the arguments that an expression with these names in a scope depends on, as an origin, or None."""
+    """Return the positions of the arguments on which ``names`` depend in a scope, or None if they depend on none.
+
+    With ``of_kinds``, ignore arguments that have the declared type and unit: they cannot cause a type or unit error.
+    """
     with suppress(RecursionError):  # a very long chain of names: the error is reported where it occurs
         return _first(_Search(scope.expansion.root, of_kinds).arguments(scope, names))
     return None
 
 
 def argument_at(scope: Scope, span: Span, of_kinds: bool = False) -> Origin | None:
-    """Return the arguments that the expression at ``span`` in a scope depends on, as an origin, or None."""
+    """Return the arguments on which the expression at ``span`` depends, or None (see ``argument_of``)."""
     return argument_of(scope, _names_at(span), of_kinds)
 
 
 def argument_behind(root: Scope, place: Place) -> Origin | None:
-    """Return the arguments that the value or key at a place depends on, as an origin, or None."""
+    """Return the arguments on which the value or key at a place depends, or None (see ``argument_of``)."""
     return argument_at(scope_of(root, place.via), place.span)
 
 
 def mistake_place(
     root: Scope | None, tree: Map, path: Path, rule: str, key: bool = False, within: bool = False
 ) -> tuple[Place, tuple[Related, ...]]:
-    """Return where to report an error at a path, and related places: where the value is used.
+    """Return the place where an error in the value at ``path`` should be reported, and related positions.
 
-    ``root`` is the scope of the description; without it, arguments are ignored. See ``written_place`` for the others.
+    With ``root``, the scope of the description, this is the place of the argument that causes the error. With ``key``
+    or ``within``, it is the place of the key.
     """
     place, use = written_place(tree, path, key, within)
     origin = None
@@ -94,7 +98,7 @@ def problem_at(
     related: Iterable[Related] = (),
     key: bool = False,
 ) -> Diagnostic:
-    """Return an error at the value at a path (with ``key``, at its key), or at the longest existing prefix of it."""
+    """Return an error for the value (with ``key``, for the key) at a path, or for the nearest ancestor that exists."""
     path = tuple(path)
     if exists(tree, path) and (rule in _OF_NAMES or not key):
         place, uses = mistake_place(root, tree, path, rule, key)
@@ -104,7 +108,7 @@ def problem_at(
 
 
 def scope_of(root: Scope, via: Instance | None) -> Scope:
-    """Return the scope in which a value with the instance ``via`` was evaluated."""
+    """Return the scope of the innermost part or loop that created a value (``via``), or ``root`` if there is none."""
     scopes: dict[int, Scope] = root.expansion.scopes
     while via is not None and id(via) not in scopes:
         via = via.parent
@@ -112,11 +116,7 @@ def scope_of(root: Scope, via: Instance | None) -> Scope:
 
 
 class _Definition(NamedTuple):
-    """The definition of a name: its value, where the value was written, and the scope of expressions there.
-
-    ``argument`` is True if the value was passed as an argument. ``keeps_kind`` is True if the value has the declared
-    kind, so that an error about kinds is due to the expression that uses the name.
-    """
+    """The definition of a name; ``keeps_kind`` is True if the value has the declared type and unit."""
 
     span: Span
     scope: Scope
@@ -130,13 +130,11 @@ class _Search:
         self.root, self.of_kinds, self.visited = root, of_kinds, set[Span]()
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
-        """Return where the value of the expression at ``span`` was written, or None if that is ``span`` itself."""
         place, inside = self.follow_names(scope, span, MAX_STEPS)
         outside = _first(self.arguments(inside, _names_at(place)))
         return outside or (None if place == span else Origin(place))
 
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
-        """Follow expressions that are only a name; return the span where the value was written, and its scope."""
         text = _text_at(span)
         found = pieces(text) if steps else ()
         match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
@@ -148,7 +146,6 @@ class _Search:
         return self.follow_names(definition.scope, definition.span, steps - 1)
 
     def arguments(self, scope: Scope, names: Iterable[str], depth: int = 0) -> Iterator[tuple[Span, Any]]:
-        """Yield the span and value of each outermost argument that the names depend on."""
         for name in names if depth < MAX_DEPTH else ():
             found = self.definition(scope, name)
             if found is None or (self.of_kinds and found.argument and found.keeps_kind) or found.span in self.visited:
@@ -160,7 +157,6 @@ class _Search:
             yield from outer
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
-        """Return the definition of a name, or of the entry ``keys`` of its value; return None if no file defines it."""
         if name == _MOUNT:
             users = ((user.mount, user) for user in scope.ancestors() if user.mount is not None)
             return next((_Definition(mount.span, self.outside(user), None, True, False) for mount, user in users), None)
@@ -181,11 +177,9 @@ class _Search:
         return _Definition(place.span, owner if local else self.outside(owner), value, argument, keeps_kind)
 
     def outside(self, scope: Scope) -> Scope:
-        """Return the scope that evaluated the arguments of a part, or the values of a loop."""
         return scope_of(self.root, scope.via.parent) if scope.via else self.root
 
     def is_foreign(self, scope: Scope) -> bool:
-        """Return True if a scope is in a file with parts, of the library or a Python package."""
         return self.root not in scope.ancestors()
 
 

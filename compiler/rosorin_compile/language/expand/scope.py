@@ -26,22 +26,22 @@ from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 MAX_NODES = 1_500_000
-MAX_CALLED = 30  # limit of nested calls of functions that are defined under "let"
-# Limit of the steps of all expressions (about ten seconds); a single expression may take a seventh of it.
+MAX_CALLED = 30  # maximum depth of nested calls of functions that are defined under "let"
+# Maximum number of steps of all expressions together (about ten seconds); one expression may take a seventh.
 MAX_WORK = 20_000_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
-# Rules that are reported at the name of an entry, although arguments in the name do not cause the problem.
+# Rules whose errors are reported at the key of an entry, but are not caused by arguments in the key.
 _OF_ENTRIES = ("missing-key", "unknown-key", "ignored-key", "part-cycle")
 
 
 class EvaluationFailed(Exception):
-    """Evaluation failed; the errors have been reported."""
+    """Raised when evaluation fails, after the errors were reported."""
 
 
 class DisabledEntry(NamedTuple):
     """An entry removed by a false ``if``, or by a ``for`` without iterations (``is_empty``).
 
-    ``key`` is the name as written ("" for a list item), ``scope`` has the names for expressions in the entry, and
+    ``key`` is the unevaluated key ("" for a list item), ``scope`` has the names for expressions in the entry, and
     ``is_use`` is True for an entry of ``use``.
     """
 
@@ -53,7 +53,7 @@ class DisabledEntry(NamedTuple):
 
 
 class Expansion:
-    """The state of an expansion: diagnostics, limits, and results cached by the identity of tree nodes."""
+    """The state of an expansion: diagnostics, limits, and results cached by id() of tree nodes."""
 
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
@@ -82,7 +82,7 @@ class Expansion:
 
     @contextmanager
     def without_limits(self) -> Iterator[None]:
-        """Suspend the limits in the block, whose values are evaluated only to report errors in them."""
+        """Suspend the limits in a ``with`` block that evaluates values only to report errors in them."""
         nodes, work, is_full = self.nodes, self.work, self.is_full
         reported, disabled = len(self.diagnostics), len(self.disabled)
         self.nodes = 0
@@ -116,11 +116,12 @@ class Expansion:
 
 
 class Scope:
-    """The names that a description, part, loop or function defines; ``via`` is the instance that created the scope.
+    """The names that are defined in a description, part, loop iteration or function.
 
-    ``parent`` is the enclosing scope, ``prefix`` the prefix of the names that parts define in this scope. ``places``
-    maps each name to the position of its value. ``local`` does so only for named values and defaults, which, unlike
-    arguments, are evaluated in this scope. ``looped`` maps the names of a loop to their positions.
+    ``parent`` is the enclosing scope, ``via`` the part use or loop iteration that created this scope, and ``prefix``
+    the prefix of names that parts define in it. ``places`` maps names to positions; ``local`` has the positions of the
+    values of named values and defaults, which, unlike arguments, are evaluated in this scope. ``looped`` has the
+    positions of loop variables.
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
@@ -132,7 +133,7 @@ class Scope:
         self.local: dict[str, Place] = {}
         self.looped: Mapping[str, Span] = {}
         self.declared: Mapping[str, Any] = {}  # parameters by name
-        self.mount: Place | None = None  # position of the parent frame in the entry of ``use``
+        self.mount: Place | None = None  # position of the value of ``parent`` in the ``use`` entry
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
@@ -165,7 +166,6 @@ class Scope:
             self.pending[own] = value, value_place
 
     def _call(self, name: str, parameters: Sequence[str], body: Any, place: Place, *arguments: Any) -> Any:
-        """Call a function such as ``box(x, y)`` under ``let``; its body sees names of this scope and its arguments."""
         signature, count = f"{name}({', '.join(parameters)})", len(parameters)
         if len(arguments) != count:
             raise ExpressionError(f"{signature} takes {count_of(count, 'value')}, not {len(arguments)}")
@@ -187,12 +187,12 @@ class Scope:
             self.define(name, value, key_place(lets, name), value_place(lets, name))
 
     def bind(self, name: str, value: Any, place: Place) -> None:
-        """Define a name whose value is already evaluated."""
+        """Define a name with a value that is already evaluated."""
         self.places[name] = place
         self.values[name] = value
 
     def lookup(self, name: str) -> Any:
-        """Return the value of a name. Raises KeyError if it is undefined, Failed if its expression has errors."""
+        """Return the value of a name. Raises KeyError if it is undefined, EvaluationFailed if it has errors."""
         scope: Scope | None = self
         while scope is not None:
             if name in scope.values:
@@ -226,14 +226,14 @@ class Scope:
         return self.values[name]
 
     def evaluate_rest(self) -> bool:
-        """Evaluate unused named values to report their errors; return True if all values are valid."""
+        """Evaluate the unused named values to report errors in them; return True if all are valid."""
         for name in list(self.pending):
             with suppress(EvaluationFailed):
                 self.lookup(name)
         return not self.pending
 
     def all_names(self) -> dict[str, Span]:
-        """Return where each name visible here is defined, without constants, units and functions."""
+        """Map each name that is visible in this scope to its position; omit constants, units and built-in functions."""
         here = {name: self.looped.get(name, place.span) for name, place in self.places.items()}
         return {**(self.parent.all_names() if self.parent else {}), **here}
 
@@ -245,27 +245,27 @@ class Scope:
             scope = scope.parent
 
     def owner(self, name: str) -> Scope | None:
-        """Return the scope that defines a name visible here, or None."""
+        """Return the innermost scope that defines a name, or None if the name is undefined."""
         return next((scope for scope in self.ancestors() if name in scope.places), None)
 
     # Errors
 
     def report(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> None:
-        """Report an error at a place, or at the argument that caused it; list the includes and parts on the way."""
+        """Report an error at a place, or at the argument that causes it, with the includes and parts that led there."""
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, rule in OF_KINDS)
         self.report_origin(rule, message, place, help, related, origin)
 
     def fail(
         self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()
     ) -> EvaluationFailed:
-        """Report an error as ``report`` does, and return the exception to raise."""
+        """Report an error like ``report``, and return the exception for the caller to raise."""
         self.report(rule, message, place, help, related)
         return EvaluationFailed()
 
     def report_origin(
         self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], origin: Origin | None
     ) -> None:
-        """Report an error at an origin, or at ``place`` without one; report only one expression error per origin."""
+        """Report an error at ``origin``, or at ``place`` if it is None; report one expression error per origin."""
         stack = tuple(self.via.stack()) if self.via else place.stack()
         uses = origin.related_places(place.span) if origin else ()
         span = origin.span if origin else place.span
@@ -276,7 +276,7 @@ class Scope:
         self.expansion.diagnostics.append(error(rule, message, span, help, [*related, *uses, *stack]))
 
     def count(self, nodes: int, span: Span, via: Instance | None) -> None:
-        """Count new values against the limit. Raises Failed after reporting that the limit is exceeded."""
+        """Count new values. Raises EvaluationFailed, after reporting an error, if there are more than the limit."""
         self.expansion.nodes += nodes
         Progress.step("expanding parts" if self.expansion.parts else "expanding", self.expansion.parts)
         if self.expansion.nodes > MAX_NODES:
@@ -291,7 +291,10 @@ class Scope:
     # Evaluation
 
     def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
-        """Evaluate all expressions, loops and conditions in a value (``xml``: in XML elements). Raises Failed."""
+        """Return a value with its expressions, loops and conditions evaluated. Raises EvaluationFailed after errors.
+
+        ``xml`` is True for XML elements, in which the values of expressions are escaped.
+        """
         if self.expansion.is_constant(value):
             return value
         if isinstance(value, Map):
@@ -299,7 +302,6 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        """Evaluate a mapping; omit keys whose value is ``none``, such as an optional argument that is not set."""
         via = self.via or value.via
         made = Map(value.span, via)
         self.count(len(value) + 1, value.span, via)
@@ -330,7 +332,7 @@ class Scope:
         return made
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
-        """Evaluate the expressions in a key; the result must be text or a number."""
+        """Evaluate the expressions in a key. Raises EvaluationFailed if the result is neither text nor a number."""
         name = self.text(key, span, via)
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
@@ -354,7 +356,7 @@ class Scope:
         return made
 
     def entries(self, item: Any, key: str = "", is_use: bool = False) -> Iterator[tuple[Scope, Any]]:
-        """Yield an entry, with its scope, for each iteration of its ``for`` in which its ``if`` is true."""
+        """Yield (scope, entry without ``for`` and ``if``) for each iteration of ``for`` in which ``if`` is true."""
         if not _is_controlled(item):
             yield self, item
             return
@@ -376,9 +378,9 @@ class Scope:
             self.expansion.disabled.append(DisabledEntry(key, item, self, is_use, is_empty=True))
 
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
-        """Replace each ``${...}`` in a string; a string that is a single expression gets the type of its value.
+        """Evaluate each ``${...}`` in a string; if the string is a single expression, return its value, else a string.
 
-        With ``xml``, values are escaped, except complete XML elements between elements.
+        If ``xml`` is True, escape the values, except complete XML elements that are inserted between elements.
         """
         place = Place(span, via)
         parts: list[str] = []
@@ -459,9 +461,9 @@ def _is_controlled(item: Any) -> bool:
 
 
 def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
-    """Yield a scope for each iteration of a ``for``; several names are nested loops, of which the last is innermost.
+    """Yield a scope with the loop variables for each iteration of ``for``, or ``outer`` if the entry has no ``for``.
 
-    Without ``for``, yield the enclosing scope once. Raises Failed after reporting errors.
+    The keys of ``for`` are nested loops, outermost first. Raises EvaluationFailed after reporting errors.
     """
     loops, scopes, via = item.get("for"), [outer], outer.via or item.via
     if loops is None:
@@ -486,7 +488,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
             spans = items.value_spans if isinstance(items, Seq) else [keys.get(key, where.span) for key in items]
             for value, span in zip(items, spans, strict=True):
                 outer_via, at = scope.via or via, span if isinstance(values, Seq) else where.span
-                if at != span:  # the loop gets its values from an expression: also refer to the list
+                if at != span:  # also report the position of the list if ``for`` gets the list from an expression
                     outer_via = Instance("which is written here", span, outer_via)
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
@@ -517,7 +519,7 @@ def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
 
 
 def _within(place: Place, text: str, offset: int) -> Place:
-    """Return the place of the character at an offset in a scalar, or the scalar's place if it spans several lines."""
+    """Return the place of an offset in a string, or of the string if it spans several lines."""
     span = place.span
     if span.length < len(text):
         return place

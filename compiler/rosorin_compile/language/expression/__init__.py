@@ -22,10 +22,10 @@ _OPEN = "${"
 
 
 def evaluate(text: str, lookup: Lookup) -> Any:
-    """Evaluate an expression.
+    """Evaluate an expression, the text between ``${`` and ``}``.
 
     ``lookup`` returns the value of a name, and raises KeyError if it is undefined; units, constants and functions are
-    built in. Raises ExpressionError, with the column, if the expression is invalid or has no value.
+    built in. Raises ExpressionError, with the column, if the expression is invalid or cannot be evaluated.
     """
     tree = compile_expression(text)
     before, EFFORT.done = EFFORT.done, 0
@@ -61,7 +61,7 @@ def _blame(node: ast.AST, lookup: Lookup) -> int:
 
 @lru_cache(maxsize=20_000)
 def compile_expression(text: str) -> ast.expr:
-    """Return the syntax tree of a valid expression. Raises ExpressionError."""
+    """Return the syntax tree of an expression. Raises ExpressionError if the expression is invalid."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
     try:
@@ -75,7 +75,7 @@ def compile_expression(text: str) -> ast.expr:
 
 
 def parse_expression(text: str) -> ast.Expression:
-    """Return the syntax tree of an expression, in which each quantity is a constant.
+    """Return the syntax tree of an expression, in which each quantity such as ``30 mm`` is a constant.
 
     Raises ExpressionError for an ambiguous quantity, SyntaxError for invalid syntax, ValueError if the expression is
     nested too deep for the parser.
@@ -95,14 +95,13 @@ class _Literals(ast.NodeTransformer):
         self.literals = literals
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        """Replace the name that masks a quantity by a constant."""
         literal: Any = self.literals.get((node.lineno, node.col_offset))
         return ast.copy_location(ast.Constant(literal), node) if literal else node
 
 
 @lru_cache(maxsize=20_000)
 def all_names(text: str) -> tuple[str, ...]:
-    """Return the names in an expression in order, without duplicates, or none if it is invalid."""
+    """Return the names in an expression in order, without duplicates, or () if the expression is invalid."""
     try:
         tree = parse_expression(text) if len(text) <= MAX_LENGTH else ast.Module([], [])
     except (ExpressionError, SyntaxError, ValueError):
@@ -111,12 +110,12 @@ def all_names(text: str) -> tuple[str, ...]:
 
 
 def names_in(text: str) -> list[str]:
-    """Return the names in an expression, except the names of functions."""
+    """Return the names in an expression, without the names of functions."""
     return [name for name in all_names(text) if name not in functions()]
 
 
 class Piece(NamedTuple):
-    """A piece of a string, and its offset; if it is an expression, ``text`` is without ``${`` and ``}``."""
+    """A literal or an expression (without ``${}``) in a string; ``is_whole`` is True if it is the entire string."""
 
     text: str
     offset: int
@@ -127,7 +126,7 @@ class Piece(NamedTuple):
 
 @lru_cache(maxsize=20_000)
 def pieces(text: str) -> tuple[Piece, ...]:
-    """Split a string into plain text and ``${...}``; ``$${`` is an escaped ``${``."""
+    """Split a string into literals and expressions (``${...}``); ``$${`` is an escaped ``${``."""
     found: list[Piece] = []
     position = 0
     while (start := text.find(_OPEN, position)) >= 0:
@@ -148,7 +147,6 @@ def pieces(text: str) -> tuple[Piece, ...]:
 
 
 def _closing(text: str, position: int) -> int:
-    """Return the offset of the brace that closes an expression, or -1; skip quoted text and inner braces."""
     depth, quote = 1, ""
     for index in range(position, len(text)):
         letter = text[index]

@@ -28,9 +28,9 @@ _KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
 
 class ExpressionError(Exception):
-    """An expression has no value; ``column`` counts from 0 within the expression, and is -1 until it is determined.
+    """Raised if an expression cannot be evaluated; ``column`` counts from 0, or is -1 if it is not yet determined.
 
-    ``unknown`` is an undefined name; ``unit`` is a number and the unknown unit after it.
+    If the cause is an undefined name, ``unknown`` is the name; if it is an unknown unit, ``unit`` is (number, unit).
     """
 
     def __init__(
@@ -41,14 +41,14 @@ class ExpressionError(Exception):
 
 
 class KindError(ExpressionError):
-    """The kinds of the operands are incompatible, such as a length and a mass."""
+    """Raised if operands have incompatible kinds, such as a length and a mass."""
 
 
 class Function(NamedTuple):
-    """A function of expressions: its name, its line in the reference, and the Python function.
+    """A function that expressions can call: its name, its help text, and the Python function.
 
-    ``apply`` takes and returns numbers, Quantities, strings, lists, tables (dicts), booleans and None; it raises
-    ExpressionError. It is None if the function needs the description, like ``load`` and ``find``.
+    ``apply`` takes and returns numbers, Quantities, strings, lists, tables (dicts), booleans and None, and raises
+    ExpressionError. ``apply`` is None if the function needs the description, like ``load`` and ``find``.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Function(NamedTuple):
 
 
 def function(name: str, help: str) -> Callable[[Callable[..., Any]], Function]:
-    """Return a decorator that makes a Python function a function of expressions, for plug-ins."""
+    """Return a decorator that lets expressions call a Python function by ``name``; ``help`` is its help text."""
     return lambda apply: Function(name, help, apply)
 
 
@@ -74,7 +74,7 @@ def kind_of(value: Any) -> str:
 
 
 def common_dimension(values: Iterable[Any]) -> Dimension | None:
-    """Return the common dimension of the values; bare numbers are compatible with any. Raises KindError."""
+    """Return the common dimension of the values, or None if all are bare numbers. Raises KindError if they differ."""
     common: Dimension | None = None
     for value in values:
         if not isinstance(value, (int, float)):
@@ -110,8 +110,6 @@ def _with_dimension(value: Any, dimension: Dimension | None) -> Any:
 
 
 def _keeping(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a function of numbers, or of a list of numbers, so that the result has their common dimension."""
-
     def apply(*values: Any) -> Any:
         numbers = values[0] if len(values) == 1 and isinstance(values[0], list) else values
         return _with_dimension(function(*numbers), common_dimension(numbers))
@@ -204,7 +202,7 @@ def _of_math(wrap: Callable[..., Callable[..., Any]], names: str) -> dict[str, C
     return {name: wrap(getattr(math, name)) for name in names.split()}
 
 
-# Each line of the reference with its functions; None is a function that needs the description.
+# Help texts with the functions that they explain; None marks a function that needs the description.
 _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("of an angle; a bare number is in radians", _of_math(_of_angle, "sin cos tan")),
     ("the angle; so `atan` of a quotient", _of_math(_to_angle, "asin acos atan")),
@@ -253,7 +251,7 @@ _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("`find('PACKAGE')`: the folder of a ROS package; `find('PACKAGE', other)`: or another value", {"find": None}),
 )
 BUILT_IN = tuple(Function(name, help, apply) for help, row in _ROWS for name, apply in row.items())
-# The functions that do not need the description, by name.
+# Built-in functions by name, without ``load`` and ``find``, which need the description.
 FUNCTIONS: dict[str, Callable[..., Any]] = {one.name: one.apply for one in BUILT_IN if one.apply is not None}
 OF_DESCRIPTIONS = frozenset(one.name for one in BUILT_IN if one.apply is None)
 
@@ -280,14 +278,14 @@ def _names(one: Function) -> list[str]:
 
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
-    """Return built-in functions and functions of plug-ins by name, except functions that need the description."""
+    """Return built-in functions and functions of plug-ins by name, without ``load`` and ``find``."""
     more = plugin_functions()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 
 @cache
 def reserved_names() -> frozenset[str]:
-    """Return the names of functions, constants and units, which named values should not have."""
+    """Return the names of functions, constants and units, which should not be used for named values."""
     return frozenset((*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS))
 
 
@@ -311,9 +309,9 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
 
 
 def plain_value(value: object, depth: int = 0, counter: Iterator[int] | None = None) -> Any:
-    """Convert a Python object to a value of expressions; an array with ``tolist`` becomes a number or a list.
+    """Convert a Python object to a value for expressions; an array with ``tolist`` becomes a number or a list.
 
-    ``counter`` counts all converted values. Raises ExpressionError with the reason if the object is not a value.
+    ``depth`` and ``counter`` limit nesting and size in recursive calls. Raises ExpressionError for other objects.
     """
     counter = counter or count()
     if depth > MAX_DEPTH or next(counter) >= MAX_NODES:
@@ -341,5 +339,5 @@ def plain_value(value: object, depth: int = 0, counter: Iterator[int] | None = N
 
 
 def type_of(value: object) -> str:
-    """Return the Python type of an object for messages."""
+    """Format the Python type of an object for messages, such as "of the type set" or "None"."""
     return "None" if value is None else f"of the type {type(value).__name__}"

@@ -45,14 +45,14 @@ _OVER = rf"(?<![\w.])({_NUMBER})\s*/\s*\Z"
 
 
 class Literal(NamedTuple):
-    """A quantity in an expression; ``factors`` are the units after the first, such as m in ``kg*m``."""
+    """A quantity in an expression; ``factors`` are the units after the first, such as ("m",) for ``kg*m``."""
 
     value: Quantity
     factors: tuple[str, ...]
 
 
 def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
-    """Replace each quantity by a name of equal length; return the text, and the quantities by line and column."""
+    """Replace each quantity by a name of equal length; return (text, quantities by (line, column))."""
     parts: list[str] = []
     found: dict[tuple[int, int], Literal] = {}
     end = 0
@@ -84,7 +84,7 @@ def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
     return "".join([*parts, text[end:]]), found
 
 
-# Patterns of other languages' syntax, and the help for them.
+# Patterns for syntax of other languages, with help texts.
 _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
@@ -103,7 +103,7 @@ _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 
 
 def mistake(text: str, problem: SyntaxError) -> ExpressionError:
-    """Return the error for an invalid expression, given the error of Python's parser."""
+    """Convert an error of Python's parser to an error about the expression ``text``, with help if possible."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
     for number, word, start in ((match[1], match[2], match.start(2)) for match in re.finditer(_NO_UNIT, plain)):
         if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
@@ -124,14 +124,14 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
 
 
 class Effort:
-    """Count evaluation steps: ``done`` in the current expression with nested expressions, ``total`` in all so far."""
+    """Count evaluation steps: ``done`` of the current expression, ``total`` of all expressions so far."""
 
     def __init__(self) -> None:
         self.done = 0
         self.total = 0
 
     def spend(self, *values: Any) -> None:
-        """Count a step and the items of the values. Raises ExpressionError above the limit."""
+        """Count one step plus the sizes of the values. Raises ExpressionError if the limit is exceeded."""
         self.done += 1
         for value in values:
             if type(value) not in NUMERIC and isinstance(value, _SIZED):
@@ -144,7 +144,7 @@ EFFORT = Effort()
 
 
 def weight(value: Any) -> int:
-    """Return the number of values in a value, including itself; stop counting above MAX_ITEMS."""
+    """Count a value and all values nested in it; stop soon after MAX_ITEMS."""
     if not isinstance(value, (list, dict)):
         return len(value) // 8 + 1 if isinstance(value, str) else 1
     total, waiting = 0, [value]
@@ -173,7 +173,7 @@ def check_size(value: Any) -> Any:
 
 
 def check(tree: ast.AST) -> None:
-    """Raise ExpressionError, with the column, for the first node that is not allowed."""
+    """Raise ExpressionError if a syntax tree has a node that is not allowed in expressions, such as a lambda."""
     waiting: list[tuple[Any, int]] = [(tree, 0)]
     while waiting:
         node, depth = waiting.pop()
@@ -222,7 +222,7 @@ def _check_node(node: Any) -> None:
 
 
 def value_of(node: ast.AST, lookup: Lookup) -> Any:
-    """Evaluate a node that ``check`` has accepted. Raises ExpressionError, or exceptions of Python's operators."""
+    """Evaluate a syntax tree that passed ``check``. Raises ExpressionError, or any exception of a Python operator."""
     return _NODES[type(node)](node, lookup)
 
 
@@ -254,7 +254,6 @@ def _name(node: ast.Name, lookup: Lookup) -> Any:
 
 
 def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
-    """Evaluate a binary operation: sums need a common dimension; products and quotients combine dimensions."""
     left, right, kind = value_of(node.left, lookup), value_of(node.right, lookup), type(node.op)
     if type(left) not in NUMERIC or type(right) not in NUMERIC:
         return _join(kind, left, right)
@@ -423,7 +422,7 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
     function = functions().get(name)
     if function is None:
         try:
-            function = lookup(f"{name}()")  # needs the description, such as load, or is defined in "let"
+            function = lookup(f"{name}()")  # ``load``, ``find``, or a function that is defined in "let"
         except KeyError:
             raise ExpressionError(f'there is no function "{name}"', node.col_offset, unknown=f"{name}()") from None
     values = [value_of(item, lookup) for item in node.args]

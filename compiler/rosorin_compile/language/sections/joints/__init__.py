@@ -36,7 +36,7 @@ class JointPublishers(NamedTuple):
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> "JointPublishers":
-        """Return the default publishers of the optical frame: the same, but a static one is named NAME_optical."""
+        """Return the publishers for the optical frame of a sensor: a static publisher gets the suffix ``_optical``."""
 
         def second(node: Publisher) -> Publisher:
             is_static = node.kind == STATIC_TRANSFORM_PUBLISHER
@@ -56,7 +56,7 @@ def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
 
 
 def add_joint(lowering: Lowering, joint: Joint, publishing: JointPublishers) -> None:
-    """Add a joint to the robot, and a frame tree edge for each publisher in ``publishing.turns``."""
+    """Add a joint to the robot, and an edge (transform) to the frame tree for each publisher in ``turns``."""
     lowering.joints.append(joint)
     for turn in publishing.turns:
         lowering.places["edge", str(len(lowering.edges))] = turn.path
@@ -77,7 +77,7 @@ def node(lowering: Lowering, name: str, path: Path) -> Publisher:
 
 
 def joint_publishers(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> JointPublishers:
-    """Return the publishers of a joint: the key ``publisher`` of its entry, by default robot_state_publisher."""
+    """Return the publishers of a joint from the key ``publisher`` of its entry (default: robot_state_publisher)."""
     requested, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
     def publisher(value: Any, at: Path) -> Publisher:

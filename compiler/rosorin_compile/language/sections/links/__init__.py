@@ -61,9 +61,9 @@ def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Sou
 def lower_shape(
     entry: Mapping[str, Any], path: Path = (), accepts: Accepts = lambda _: False, stand_in: str = ""
 ) -> Shape:
-    """Convert the entry of a shape at ``path``; ``stand_in`` is a note about dimensions that are not measured.
+    """Convert the entry of a shape at ``path``; ``stand_in`` is a note if the dimensions are not yet measured.
 
-    ``accepts`` returns True for problems with the size that the description suppresses. Raises LoweringError.
+    ``accepts`` returns True for size errors that the description suppresses. Raises LoweringError for other errors.
     """
     kinds = [kind for kind in _GEOMETRIES if kind in entry]
     if len(kinds) != 1:
@@ -131,7 +131,6 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
 
 
 def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
-    """Return the inertial that an entry defines; ``own`` has the "visual" and "collision" shapes of the link."""
     if "of" not in entry:
         if "density" in entry:
             at = (*path, "density")

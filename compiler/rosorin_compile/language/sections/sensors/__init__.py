@@ -1,7 +1,7 @@
 """The section ``sensors``: sensors with their frames, and their elements in MuJoCo and Gazebo.
 
 A sensor with a ``parent`` defines a frame and a fixed joint from the parent to that frame. A sensor without ``parent``
-is on an existing link, or on the frame of another sensor. An optical frame is created, with a fixed joint, if needed.
+uses an existing link, or the frame of another sensor. An optical frame is created, with a fixed joint, if needed.
 """
 
 import math
@@ -28,9 +28,9 @@ from ..joints import OF_THE_URDF, JointPublishers, add_joint, joint_publishers
 
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": rotation from body frame to optical frame
 MAX_DEPTH = 12
-MAX_COPIES = 100_000  # maximum number of copies of an element, which MuJoCo can still simulate
+MAX_COPIES = 100_000  # maximum number of copies of an element that MuJoCo can simulate
 _KINDS = (simulation.SENSOR_ELEMENT, simulation.BODY_ELEMENT, TEMPLATE_ELEMENT)
-_ZERO = 1e-12  # m or rad: limit of rounding errors of a rotation followed by its inverse
+_ZERO = 1e-12  # m or rad: more than the rounding error of a rotation followed by its inverse
 _MARGIN = 1e-3  # m: margin around shapes, because contact points are on the surface or slightly below
 _MESH_ZONE = 2.0  # m: half size of the zone around a link with a mesh, whose bounds are unknown
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
@@ -61,7 +61,6 @@ def _mount(entry: Mapping[str, Any]) -> Joint:
 
 
 def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mapping[str, Joint]) -> Sensor:
-    """Convert a sensor; add missing frames and joints to the robot. ``above`` maps each link to its parent joint."""
     path: Path = ("sensors", name)
     frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}
@@ -123,7 +122,7 @@ def _pose_in(frame: str, link: str, above: Mapping[str, Joint]) -> Pose | None:
 class Frames(NamedTuple):
     """The frames of a sensor's elements: the sensor frame, its optical frame, and the parent link.
 
-    ``turned`` is True if there is no optical frame: elements for that frame are rotated on the sensor frame.
+    ``turned`` is True if there is no optical frame, so that elements for it are rotated in the sensor frame.
     """
 
     sensor: str
@@ -138,7 +137,6 @@ class Frames(NamedTuple):
 def _elements(
     lowering: Lowering, name: str, entry: Mapping[str, Any], frames: Frames
 ) -> tuple[tuple[SensorElement, ...], tuple[GazeboSensor, ...]]:
-    """Return the MuJoCo and Gazebo elements of a sensor; report duplicate names."""
     links = {link.name: link for link in lowering.links}
     elements, gazebo = list[SensorElement](), list[GazeboSensor]()
     with lowering.reporting(f' (sensor "{name}")'):
@@ -191,7 +189,7 @@ def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
         message = f'"count" must be 1 to {MAX_COPIES:,}, not {entry["count"]}'
         raise LoweringError("wrong-value", message, (*path, "count"), "correct it")
     step = pose_of_entry(entry)
-    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales each angle: about two axes, steps would differ
+    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales the angles: correct for one axis only
         message, help = "copies can only be rotated about one axis", 'rotate the element with its own "rpy"'
         raise LoweringError("wrong-value", message, (*path, "rpy"), help)
     return Replicas(entry["count"], step)
@@ -297,7 +295,6 @@ def _around_shapes(element: SensorElement, links: Mapping[str, Link]) -> SensorE
 
 
 def _rounded(transform: Transform) -> Pose:
-    """Return a pose in which rounding errors around zero are removed."""
     pose = pose_of(transform)
     x, y, z, roll, pitch, yaw = (0.0 if abs(value) < _ZERO else value for value in (*pose.xyz, *pose.rpy))
     return Pose((x, y, z), (roll, pitch, yaw))

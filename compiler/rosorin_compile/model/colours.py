@@ -1,4 +1,4 @@
-"""Assign colours to links, and visuals to links with collision shapes only, equally in all pages and files."""
+"""Default colours of links, and visuals for links that have only collision shapes."""
 
 import zlib
 from collections.abc import Mapping, Sequence
@@ -12,21 +12,21 @@ from .link import Link
 from .robot import Robot
 from .shape import Material, Rgba
 
-# Step (degrees) to the next candidate hue; with the golden angle, successive hues are never close.
+# Hue step in degrees: with the golden angle, successive hues are never close to each other.
 _GOLDEN_ANGLE = 137.50776
-_NEAR = 25.0  # the smallest difference in degrees between the hues of a link and its parent
+_NEAR = 25.0  # minimum difference in degrees between the hues of a link and its parent
 _LIGHTNESSES, _SATURATIONS = (0.60, 0.52), (0.42, 0.10)
-_ROUNDED = 0.01  # how much rounding to three digits can change lightness and saturation
+_ROUNDED = 0.01  # tolerance: rounding a colour to three digits changes lightness and saturation by less
 
 
 @of_robot
 def own_colours(robot: Robot) -> Mapping[str, Rgba]:
-    """Return a muted colour for each link, derived from its name and different from the colour of its parent."""
+    """Map each link name to a muted colour, derived from the name and distinct from the colour of the parent link."""
     hues: dict[str, float] = {}
     colours: dict[str, Rgba] = {}
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
-        # This hash is equal on every machine, and differs much between similar names.
+        # This hash is the same on every machine, and very different for similar names.
         number = (zlib.crc32(link.name.encode("utf-8", "surrogatepass")) * 2_654_435_761 >> 8) & 0xFFFFFF
         hue = number % 3600 / 10
         while above is not None and abs((hue - hues[above.parent] + 180) % 360 - 180) < _NEAR:
@@ -47,7 +47,7 @@ def is_own(rgba: Sequence[float]) -> bool:
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:
-    """Map each link that has collision shapes but no visual to a material named LINK_colour."""
+    """Return a material named LINK_colour for each link with collision shapes but no visual, by link name."""
     names = set(robot.material)
     colours: dict[str, Material] = {}
     for link in robot.links:
@@ -61,7 +61,7 @@ def colours_of(robot: Robot) -> dict[str, Material]:
 
 
 def with_visuals(robot: Robot) -> Robot:
-    """Return the robot with collision shapes as visuals in links without a visual, one colour per link."""
+    """Return a copy of the robot in which links without visuals show their collision shapes, one colour per link."""
     colours = colours_of(robot)
     links = {link.name: link for link in robot.links}
     for name, colour in colours.items():

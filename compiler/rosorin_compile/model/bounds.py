@@ -9,7 +9,7 @@ from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMa
 
 _NOWHERE = (math.inf, -math.inf)
 _EVERYWHERE = (-math.inf, math.inf)
-_PARALLEL = 1e-12  # a smaller direction component is zero; a parallel line this close (m) to a face misses the solid
+_PARALLEL = 1e-12  # direction components below this count as 0; also the tolerance (m) for a line on a face
 
 
 class Bounds(NamedTuple):
@@ -100,7 +100,7 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
 
 
 def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
-    """Return a function that maps a unit vector to the largest coordinate (m) of a shape along that vector.
+    """Return the support function of a shape, which maps a unit vector to the largest coordinate (m) along it.
 
     ``place`` is the pose of the shape's link in the frame of the unit vector. Meshes are not supported.
     """
@@ -153,14 +153,14 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
 
 class Way(NamedTuple):
-    """The segment of a line inside a solid, as distances along the line (m)."""
+    """The distances along a line (m) at which it enters and leaves a solid."""
 
     enters: float
     leaves: float
 
 
 def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
-    """Return the segment of a line inside a solid, or None if the line misses the solid.
+    """Return where a line enters and leaves a solid, or None if it misses the solid.
 
     ``at`` is a point on the line (m) and ``along`` its direction (unit vector), both in a frame at the centre of the
     solid. For a mesh or a height map, the result is always None.
@@ -184,7 +184,7 @@ def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
 
 
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:
-    """Return the segment of a line between two planes, at ``-side / 2`` and ``side / 2`` on one coordinate axis."""
+    """Return where a line enters and leaves the space between ``-side / 2`` and ``side / 2`` on one coordinate axis."""
     half = abs(side) / 2
     if abs(step) < _PARALLEL:
         return _EVERYWHERE if abs(start) < half - _PARALLEL else _NOWHERE
@@ -193,7 +193,7 @@ def _slab(start: float, step: float, side: float) -> tuple[float, float]:
 
 
 def _ellipsoid(at: Vector, along: Vector, radii: Vector) -> tuple[float, float]:
-    """Return the segment of a line inside an ellipsoid; an infinite radius makes it an infinite cylinder."""
+    """Return where a line enters and leaves an ellipsoid; an infinite radius makes it an infinite cylinder."""
     if not all(radii):
         return _NOWHERE
     x, y, z = (start / radius for start, radius in zip(at, radii, strict=True))

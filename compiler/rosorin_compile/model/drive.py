@@ -163,7 +163,6 @@ class DriveKinematics:
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
-        """Return the equation of a wheel: coefficients of (vx, vy, wz), and travel (m) along the grip per radian."""
         (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
         for axis in (axis for axis in self.steering if axis.joint == wheel.steering):
             angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
@@ -177,7 +176,6 @@ def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
 
 
 def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
-    """Solve equations (coefficients, then right-hand side) by least squares. Raises ValueError if underdetermined."""
     size = len(rows[0]) - 1 if rows else 0
     normal = [[sum(row[i] * row[j] for row in rows) for j in range(size + 1)] for i in range(size)]
     scale = max((abs(number) for line in normal for number in line[:-1]), default=0.0)
@@ -258,7 +256,7 @@ def steering_of(robot: Robot, drive: Drive, name: str) -> str:
 
 @of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
-    """Return the radius (m) of a wheel from its round collision shapes, else from its visuals, or None without any."""
+    """Return the radius (m) of a wheel from its round collision shapes or else visuals, or None if none is round."""
     joint = robot.joint[name]
     below = [(joint.child, Transform())]
     for link, place in below:

@@ -13,9 +13,9 @@ Data = dict[str, "Any"]
 
 _FLAT = 1e-9  # rad; layers of a lidar whose elevations differ by less are the same layer
 _DIGITS = 12
-_LAYERS = 1000  # maximum number of layers to show of a lidar with more layers
-_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # optical frame in a frame with x forward and z up
-_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # optical frame in a MuJoCo camera, which looks along -z with y up
+_LAYERS = 1000  # maximum number of lidar layers; of a lidar with more layers, evenly spaced layers are shown
+_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # optical frame relative to a frame with x forward, z up
+_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # optical frame relative to a MuJoCo camera (looks along -z)
 _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
 _GAZEBO_AXES = ("imu", "magnetometer", "force_torque")
 

@@ -19,7 +19,7 @@ Quaternion = tuple[float, float, float, float]
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 _ROUNDING = 4e-15  # tolerance for a sine or cosine; a product of three rotations has an error of about 1e-15
-_STEEP = 1e-2  # cosine of the pitch; near +-90 degrees, below this cosine, the usual formula for yaw loses digits
+_STEEP = 1e-2  # cosine of the pitch, below which (near +-90 degrees) the usual formula for yaw loses digits
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -93,8 +93,7 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     """Return unit vectors along the x and y axes of a planar joint's plane, in the frame of the joint.
 
-    The shortest rotation from z to the normal maps x and y to these vectors, as in MuJoCo. Raises ValueError for a zero
-    normal.
+    The shortest rotation from z to the normal maps x and y to these vectors, as in MuJoCo. Raises ValueError for zero.
     """
     x, y, z = unit(normal)
     across = math.hypot(x, y)
@@ -189,7 +188,7 @@ class Transform:
         return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
 
     def then(self, child: Transform) -> Transform:
-        """Return the composition with ``child``, which is a transform to this transform's child frame."""
+        """Compose two transforms: the result applies ``child`` first and then this transform."""
         (a, b, c), (d, e, f), (g, h, i) = self.rows
         (j, k, m), (n, o, p), (q, r, s) = child.rows
         first = (a * j + b * n + c * q, a * k + b * o + c * r, a * m + b * p + c * s)
@@ -210,7 +209,7 @@ class Transform:
         return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the rotation to ``other`` as (unit vector of the axis, angle in rad); zero axis if equal."""
+        """Return the rotation from this to ``other``: unit vector of the axis (zero if equal), angle (rad, 0 to pi)."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 

@@ -78,7 +78,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows another: position = multiplier * leader + offset."""
+    """A mimic relation: position = multiplier * (position of the leader ``joint``) + offset."""
 
     joint: str
     multiplier: float = 1.0
@@ -95,7 +95,7 @@ class Dynamics:
     damping: float = 0.0  # N*m*s/rad
     friction: float = 0.0  # N*m
     armature: float = 0.0  # rotor inertia reflected to the joint, kg*m^2
-    stiffness: float = 0.0  # of the spring, N*m/rad
+    stiffness: float = 0.0  # spring stiffness, N*m/rad
     spring_reference: float = 0.0  # the position at which the spring is relaxed, rad or m
 
 
@@ -110,7 +110,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class SafetyController:
-    """The safety controller of a joint: its gains and soft limits, each None if not set."""
+    """The safety controller of a joint: its gains and soft limits, None if not set."""
 
     k_velocity: float  # N*m*s/rad or N*s/m
     k_position: float | None = None  # 1/s

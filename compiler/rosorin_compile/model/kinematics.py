@@ -34,8 +34,7 @@ class NoWay(Exception):
 class Step(NamedTuple):
     """A connection parent -> child in the graph of frames.
 
-    ``joint`` is None if only other nodes publish the transform. ``edges`` are the transforms of other nodes, which can
-    depend on modes.
+    ``joint`` is None if only other nodes publish the transform; ``edges`` are their transforms in different modes.
     """
 
     parent: str
@@ -100,8 +99,8 @@ class Graph:
     def way(self, source: str, target: str) -> tuple[Move, ...]:
         """Return the shortest path from one frame to another on which all poses are known.
 
-        A frame can have two parents: that of a joint without a publisher, and that of a transform from a filter node.
-        Raises NoWay if there is no such path, and KeyError for an unknown frame.
+        A search is necessary, because a frame can have two parents: one by a joint without a publisher, one by a filter
+        node. Raises NoWay if there is no such path, and KeyError for an unknown frame.
         """
         if target not in self.moves:
             raise KeyError(target)
@@ -117,7 +116,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last move to each reachable frame, nearest first; ``every`` includes steps with unknown poses."""
+        """Return the last move on the path from ``base`` to each frame; ``every`` allows steps with unknown poses."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:
@@ -191,7 +190,6 @@ class Kinematics:
         return next(iter(counts), 1), states
 
     def _step(self, step: Step, states: Mapping[str, Array]) -> Any:
-        """Return the poses of a step's child in its parent, as an array of shape (1 or n, 4, 4)."""
         np, joint = self.np, step.joint
         leader = joint
         while leader is not None and leader.mimic is not None:

@@ -19,7 +19,7 @@ from .simulation import Attachment, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Declare a dataclass field for formats with a keyword each: its attribute name, such as ``mjcf="gravcomp"``."""
+    """Declare a dataclass field for some formats only; ``formats`` maps each format to its name of the attribute."""
     return field(default=default, metadata={"formats": formats})
 
 
@@ -66,8 +66,7 @@ class Inertial:
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Format the inertia as six numbers: ixx, iyy, izz, ixy, ixz, iyz.
 
-        ``along`` is the same inertia along other axes. If rounding would make the inertia invalid, all digits are
-        printed.
+        ``along`` is the same inertia along other axes. If rounding would make it invalid, all digits are printed.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:
@@ -99,7 +98,7 @@ class Link:
     mjcf_elements: tuple[str, ...] = ()  # XML elements that are added to the body in the MJCF
 
     def limited_values(self, format: str) -> dict[str, Any]:
-        """Return the values of ``only_in`` fields by attribute name in a format, without default values."""
+        """Return the non-default values of ``only_in`` fields that a format supports, by attribute name."""
         words = {name: formats[format] for name, formats in limited_fields(Link).items() if format in formats}
         return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
@@ -134,7 +133,7 @@ class DisabledCollision:
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
     """Return the inertial of shapes with uniform density, from their total ``mass`` (kg) or ``density`` (kg/m^3).
 
-    Its axes are those of the shape if there is a single solid, else those of the link. Overlapping volumes count twice.
+    The axes are those of the shape if there is a single solid, else those of the link. Overlapping volumes count twice.
     Raises ValueError if there are no shapes, one is a mesh, or a number overflows.
     """
     solids = [solid for shape in shapes for solid in shape.solids()]
@@ -169,7 +168,6 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
 
 @contextmanager
 def _finite(message: str) -> Iterator[None]:
-    """Convert OverflowError and ZeroDivisionError to ValueError; ``message`` describes the overflow."""
     try:
         yield
     except OverflowError:

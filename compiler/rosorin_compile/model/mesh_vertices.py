@@ -14,7 +14,7 @@ from .robot import Robot
 from .shape import Mesh
 
 MAX_BYTES = 500_000_000
-STL_HEADER = 84  # bytes: 80 of text, then 4 with the number of triangles, which follow with 50 bytes each
+STL_HEADER = 84  # bytes: 80 of text and 4 for the number of triangles; each triangle then has 50 bytes
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
 
@@ -76,8 +76,7 @@ def read_vertices(data: bytes, ending: str) -> "array[float]":
     """Return the coordinates x, y, z of all vertices in a mesh file as a flat array, in the unit of the file.
 
     ``ending`` is the file extension, such as ".stl". An STL has three vertices per triangle. OBJ vertices without a
-    face are included, because MuJoCo includes them in the convex hull. Raises UnreadableMesh for damaged or unsupported
-    data.
+    face are included, because MuJoCo includes them in the convex hull. Raises UnreadableMesh for invalid data.
     """
     check_content(data)
     if ending not in (".stl", ".obj", ".msh"):

@@ -181,15 +181,13 @@ class Robot:
         return {}
 
     def has_free_base(self, output: Output) -> bool:
-        """Return True if the base moves freely in simulations: ``base: free`` in the output, or by default a drive."""
+        """Return True if the base is free in simulations: by the output option ``base``, or by default with a drive."""
         default = "fixed" if self.drive is None else "free"
         return output.options.get("base", default) == "free" and not self.root_in_world.world
 
     def as_said(self) -> Robot:
         """Return the robot without the links and other entries that plug-in sections added."""
         return self.sections.without or self
-
-    # Lookup by name.
 
     @cached_property
     def link(self) -> Mapping[str, Link]:
@@ -201,7 +199,7 @@ class Robot:
 
     @cached_property
     def material(self) -> Mapping[str, Material]:
-        """All materials by name, including those that visuals define. The first definition of a name counts."""
+        """All materials by name, including those that visuals define. The first definition takes precedence."""
         materials = {material.name: material for material in self.materials}
         for link in self.links:
             for visual in link.visual:
@@ -229,8 +227,6 @@ class Robot:
     def positions(self, pose: str) -> Mapping[str, float]:
         """Return the joint positions (rad or m) of a named pose. Raises KeyError if the pose does not exist."""
         return ByName("pose", {one.name: one.positions for one in self.poses})[pose]
-
-    # The tree of links and joints.
 
     @cached_property
     def joint_to(self) -> Mapping[str, Joint]:
@@ -294,12 +290,12 @@ class Robot:
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
-        """Return True if two links can move relative to each other, False if fixed joints connect them."""
+        """Return True if two links can move relative to each other, False if they are rigidly connected."""
         return self._rigid_tops.get(first, first) != self._rigid_tops.get(second, second)
 
     @cached_property
     def _rigid_tops(self) -> Mapping[str, str]:
-        tops: dict[str, str] = {}  # the topmost link that fixed joints connect to each link, by link name
+        tops: dict[str, str] = {}  # the topmost link that each link is rigidly connected to, by link name
         for link in self._down:
             joint = self.joint_to.get(link.name)
             tops[link.name] = tops[joint.parent] if joint is not None and joint.is_fixed else link.name
@@ -313,8 +309,6 @@ class Robot:
         above = self.joint_to.get(link)
         if above is not None and above.is_fixed:
             yield above.parent, above.origin.transform().inverse()
-
-    # Publishers and frames.
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
@@ -344,10 +338,7 @@ class Robot:
         return rows(self)
 
     def joint_edges(self) -> list[Edge]:
-        """Return the transforms of joints from the root down.
-
-        Joints with a publisher for some modes only, and links that exist only in simulations, are omitted.
-        """
+        """Return the transforms of joints, without simulation-only links and mode-dependent publishers."""
         joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
         joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.turns]
         ends = ((joint, self.publisher_of(joint)) for joint in joints)
@@ -383,10 +374,8 @@ class Robot:
     def asks_for_humble(self) -> bool:
         return any(output.options.get("control") == "humble" for output in self.outputs)
 
-    # Poses of links.
-
     def position(self, joint: Joint, positions: Mapping[str, float | Sequence[float]]) -> Any:
-        """Return the position of a joint (rad or m; default 0), or for a mimic joint the result from its leader."""
+        """Return the position of a joint (rad or m; default 0). A mimic joint gets its position from its leader."""
         leader, factor, offset = joint, 1.0, 0.0
         while leader.mimic is not None:
             offset += factor * leader.mimic.offset
@@ -445,7 +434,7 @@ class Robot:
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
         """Return a copy of the robot with masses added to links; for the function ``adds`` of plug-in sections.
 
-        ``more`` maps link names to inertials in the link frame; unknown names are ignored. Raises ValueError for an
+        ``more`` maps link names to inertials in the link frame; unknown names are ignored. Raises ValueError on
         overflow.
         """
         links = []

@@ -1,4 +1,4 @@
-"""Values that only simulations use, in SI units. Attributes that no key of a description sets have MuJoCo's names."""
+"""Values that only simulations use, in SI units. Attributes without a YAML key have their MuJoCo names."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ class Actuator:
     """An actuator of a joint, a tendon, a site or a body."""
 
     type: str = POSITION
-    name: str = ""  # "" if the actuator drives a joint and has the name of the joint
+    name: str = ""  # "" to use the name of the actuated joint
     targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # driven elements by attribute ("tendon", ...)
     kp: float | None = None  # N*m/rad or N/m
     kv: float = 0.0  # N*m*s/rad or N*s/m

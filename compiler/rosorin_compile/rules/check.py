@@ -191,7 +191,6 @@ def _home(place: Place, found: Offer) -> Span:
 
 
 def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:
-    """Append the path and place of each string and key that equals a key of ``uses`` to its list there."""
     via = nearer(via, node.via)
     for key, value in node.items() if isinstance(node, Map) else enumerate(node):
         if key in uses:

@@ -60,7 +60,6 @@ def joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _sound(case: Case) -> Drive | None:
-    """Return the drive, or None if it has an invalid joint or if the robot is not a tree."""
     drive, robot = case.robot.drive, case.robot
     if drive is None or not (robot.is_tree and robot.mimics_resolve and (drive.frame or robot.root) in robot.link):
         return None

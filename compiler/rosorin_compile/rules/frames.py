@@ -128,7 +128,6 @@ def _housing(robot: Robot, frame: str) -> set[str]:
 def _ends(
     view: Data, places: Mapping[str, Transform], shapes: Iterable[tuple[Link, Path, Shape]]
 ) -> Iterator[tuple[float, Path] | None]:
-    """Yield (distance in m, path of the shape) for each ray that hits a shape, or None for each other ray."""
     eye, near = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform()), []
     for link, path, shape in shapes:
         for solid in shape.solids(MERGED):
@@ -146,7 +145,6 @@ def _ends(
 
 
 def _directions(view: Data) -> list[Vector]:
-    """Return unit vectors of the rays in the frame of the view: around z for a fan, along z for an image."""
     if view["kind"] == "frustum":
         wide, tall = math.tan(view["hfov"] / 2), math.tan(view["vfov"] / 2)
         steps = [2 * index / (ALONG - 1) - 1 for index in range(ALONG)]

@@ -326,7 +326,6 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
-    """Yield (key of ``mjcf``, path of the contradicted key) for each contradiction in a joint."""
     force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
     owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
     stiffness = (joint.dynamics or Dynamics()).stiffness

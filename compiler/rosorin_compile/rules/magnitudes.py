@@ -105,7 +105,6 @@ def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units:
 
 
 def _suspect(case: Case, path: Path, value: float) -> str:
-    """Return "rad" or "m" if a number at a path is too large for this unit, else ""."""
     unit = unit_at(list(path))
     if isinstance(unit, list):
         joint = case.robot.joint.get(str(path[1] if path[0] == "joints" else path[-1]))

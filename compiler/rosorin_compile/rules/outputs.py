@@ -111,7 +111,6 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
 
 
 def _outside(file: str) -> str:
-    """Return the reason why a file name is invalid in the outputs folder, or "" if it is valid."""
     parts = file.split("/")
     reasons = {
         "has an absolute path": file.startswith("/") or _DRIVE.match(file),

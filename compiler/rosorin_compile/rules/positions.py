@@ -59,7 +59,6 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
-    """Yield (rule id, path, joint name, value) for each value that must be within the limits of a joint."""
     if node is None:
         return
     if node.within and isinstance(value, (int, float, Map)):

@@ -42,7 +42,6 @@ def legal(case: Case) -> Iterator[Diagnostic]:
 
 
 def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
-    """Return a diagnostic for the condition ``when`` of an edge, or None if the condition is valid."""
     names, path, when = modes_in(case.robot, [edge.when]), case.edge(index, "when"), edge.when
     subject = f'the condition "{when}" of {edge.parent} -> {edge.child}'
     if len(names) > MAX_MODES:
@@ -149,10 +148,7 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the competing transforms to each child frame in ``Robot.edges``, transforms of joints first.
-
-    If a link has two parent joints, only the first counts, because another rule reports the second.
-    """
+    """Return the competing transforms to each child frame in ``Robot.edges``; only the first parent joint counts."""
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
     by_child: dict[str, list[Step]] = {}
@@ -231,7 +227,6 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
 
 
 def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
-    """Return (joint, publisher, path) for each static_transform_publisher of a joint, in any mode."""
     joints = case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
     found = [(joint, joint.publisher, case.publisher(joint)) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
@@ -267,8 +262,8 @@ def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
 def planar(case: Case) -> Iterator[Diagnostic]:
     """A warning: a planar joint is in the URDF, but robot_state_publisher treats it as fixed.
 
-    kdl_parser treats unknown joint types as fixed, and robot_state_publisher publishes these as static. Floating joints
-    are skipped.
+    kdl_parser treats unknown types as fixed, and robot_state_publisher publishes these as static; it skips floating
+    joints.
     """
     has_urdf = bool(case.outputs_read_by(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:

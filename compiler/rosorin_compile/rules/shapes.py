@@ -261,7 +261,6 @@ def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> 
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
-    """Yield (owner, path, path of the name, material) for each entry of ``materials`` and each visual."""
     for one in case.robot.materials:
         yield f'the material "{one.name}"', ("materials", one.name), ("materials", one.name), one
     for link, path, shape in case.shapes():

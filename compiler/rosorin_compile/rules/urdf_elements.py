@@ -230,7 +230,6 @@ def misplaced_elements(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, Help] | None:
-    """Return (problem, help) for the element ``tags[-1]``, or None if a program reads it in these parents."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):

@@ -23,10 +23,10 @@ ROUGH_INERTIA = 2.0  # factor that allows for moments with one digit, whose erro
 LESS_THAN_SEEN = 10.0  # factor, because collision shapes may be smaller than the link, such as a sphere under a foot
 NO_SHAPE = 0.005  # m: in a link with meshes, primitive shapes up to this size are placeholders
 NO_MASS = 0.001  # kg: masses up to this are often placeholders for engines that require a mass
-BEYOND = 2.0  # factor, because shapes are rough: exactly, the radius of gyration is at most the largest distance
+BEYOND = 2.0  # factor for rough shapes: exactly, a radius of gyration is at most the distance to the farthest point
 OUTSIDE = 0.7  # fraction of the diagonal of the shapes: even counterweights without a shape are closer
 FLATTEST = 0.01  # ratio of squared semi-axes: the inertia of flatter bodies may have been printed with too few digits
-ROUNDING = 1e-9  # relative to the largest moment: error of the moments in the description and of the eigenvalues
+ROUNDING = 1e-9  # relative to the largest moment: rounding error of the description and of the eigenvalues
 # If a larger share of the moving links lacks mass or collision shapes, the omission is intended.
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 

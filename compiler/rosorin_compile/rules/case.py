@@ -78,7 +78,7 @@ class Case:
                     yield link, self.link(link.name, purpose, index), shape
 
     def end(self, joint: Joint, which: str) -> Path:
-        """Return the path of the link name in a joint; ``which`` is "parent" or "child"."""
+        """Return the path of the "parent" or "child" (``which``) of a joint."""
         path = self.joint(joint)
         if path[0] != "sensors":
             return (*path, which)
@@ -87,9 +87,9 @@ class Case:
         return (*path, "parent" if which == "parent" else "frame")
 
     def edge(self, index: int, key: str) -> Path:
-        """Return the path of a key of ``robot.edges[index]``: "parent", "child", "publisher" or "when".
+        """Return the path of a key ("parent", "child", "publisher" or "when") of ``robot.edges[index]``.
 
-        If the transform is from a joint's list of publishers, the path is that of ``when`` or ``by`` in the list entry.
+        A transform from a joint's list of publishers has the path of ``by`` or ``when`` in the entry of that list.
         """
         turn = self.places.get(("edge", str(index)))
         if turn is None:
@@ -138,7 +138,7 @@ class Case:
     def unknown(self, rule: str, message: str, uses: Sequence[Symbol], help: Help) -> Iterator[Diagnostic]:
         """Yield a problem at the first reference to an unknown name; other references become related places.
 
-        If that reference is in a part that is used several times, each use yields a problem.
+        A reference in a part that is used several times is reported for each use.
         """
         spans = [self._place(use.path, use.key) for use in uses]
         others = {span: use.what for use, span in zip(uses, spans, strict=True) if span != spans[0]}
@@ -173,7 +173,7 @@ def outputs_read_by(robot: Robot, publisher: str, formats: Mapping[str, Format])
 def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Output | None:
     """Return the first output that a kind of publisher can read, or None if there is no such output.
 
-    The output's format or file extension decides, because a user's template may also generate a URDF.
+    Outputs are recognised by format or file extension, because a user's template can also generate a URDF.
     """
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []

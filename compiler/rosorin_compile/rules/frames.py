@@ -64,7 +64,7 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
 
 @rule("optical-mount", help="Remove `rpy`: the frame of a camera has x forward, y left, z up.", topic=FRAMES)
 def optical_mounts(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a camera is mounted with the rotation of an optical frame, although it has an optical frame."""
+    """A warning: a camera with a separate optical frame is mounted with the rotation of an optical frame."""
     for sensor in case.robot.sensors:
         mount = case.robot.joint_to.get(sensor.frame) if sensor.optical_frame not in ("", sensor.frame) else None
         if mount is not None and mount.origin.transform().angle_to(OPTICAL) <= TOLERANCE:

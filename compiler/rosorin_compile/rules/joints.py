@@ -69,7 +69,7 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
     if not robot.links:
         yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
     for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
-        # Report names in the robot first, then those in planning, then those in options of outputs.
+        # Report names in the robot first, then names in the section ``moveit``, then names in options of outputs.
         uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):
@@ -107,7 +107,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
 
 
 def _orphans(case: Case) -> list[str]:
-    """Return the links whose parent joint probably names a wrong child, which now has two parents."""
+    """Return the links without a parent if a joint names a wrong child, which then has two parents, else []."""
     robot = case.robot
     doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]

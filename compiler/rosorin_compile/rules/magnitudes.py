@@ -20,7 +20,7 @@ from .case import Case, number
 FULL_TURN = 2 * math.pi + 1e-3  # rad
 # Larger angles in radians are unusual, because the rotation in the opposite direction is shorter.
 HALF_TURN = math.pi + 1e-2  # rad
-# Distances within a robot are smaller in metres, but often larger in millimetres.
+# No distance within a robot is larger in metres, but many are in millimetres.
 FAR = 20.0  # m
 # rad/s. Servos turn at 10, fast legs at 40. Multiples of STEP from FAST to FASTEST are probably in degrees per second;
 # 100, 1000 and 50000 are not multiples of STEP: they mean "no limit".
@@ -93,7 +93,7 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
 
 
 def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units: str, **more: Any) -> Diagnostic:
-    """Return a diagnostic for a number in a wrong unit; ``units`` are the probable and the actual unit: "mm m"."""
+    """Return a diagnostic for a number in a wrong unit; ``units`` is the probable and the actual unit ("mm m")."""
     probable, unit = units.split()
     meant = "millimetres" if probable == "mm" else "degrees"
     help = f'write "{number(value)} {probable}" if {meant} are meant, "{number(value)} {unit}" if not'

@@ -33,7 +33,7 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
 @rule("mimic-beyond-limit", "A warning: a follower goes beyond its limits.", "Correct it.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
-    """Report positions, velocities and efforts beyond joint limits; ``x-within`` marks them in the schema."""
+    """Report positions, velocities and efforts beyond joint limits; ``x-within`` marks such values in the schema."""
     for section, node in sections().items():
         for id, path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
             joint = case.robot.joint.get(name)
@@ -104,7 +104,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:
-    """Return the (lower, upper) limit of a joint (rad or m), or None if a limit is missing or both are swapped."""
+    """Return the (lower, upper) limit of a joint (rad or m), or None if a limit is missing or lower >= upper."""
     limit = joint.limit
     if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
         return None
@@ -132,7 +132,7 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
 @rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Remove the joint.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
-    """Report joints in poses that cannot have a position there, and poses of a base that is fixed."""
+    """Report poses that set fixed joints, mimic joints, joints with several coordinates, or a fixed base."""
     outputs = [one for one in case.robot.outputs if one.backend in case.formats]
     has_base = any("base" in case.formats[one.backend].options for one in outputs)
     is_free = any(one.options.get("base") == "free" for one in outputs)

@@ -125,7 +125,7 @@ class Step(NamedTuple):
 
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
-    """Return the transforms of all joints, then ``Robot.edges``, by default without invalid conditions."""
+    """Return the transforms of all joints, then of ``Robot.edges``, by default without invalid conditions."""
     joints = case.robot.joints
     steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
     for index, one in enumerate(case.robot.edges):
@@ -262,8 +262,7 @@ def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
 def planar(case: Case) -> Iterator[Diagnostic]:
     """A warning: a planar joint is in the URDF, but robot_state_publisher treats it as fixed.
 
-    kdl_parser treats unknown types as fixed, and robot_state_publisher publishes these as static; it skips floating
-    joints.
+    kdl_parser treats unknown types as fixed, and robot_state_publisher publishes these (not floating joints) as static.
     """
     has_urdf = bool(case.outputs_read_by(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:
@@ -320,7 +319,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
     for index, edge in enumerate(case.robot.edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
             meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
-            # A frame that is a link or has a parent itself is not a misspelt world frame.
+            # A frame is not a misspelt world frame if it is a link or has a parent.
             is_free = name in case.robot.link or (key == "parent" and name in children)
             is_named = key == "parent" or (edge.parent in WORLD_FRAMES and meant in children | parents)
             if meant and not is_free and is_named:
@@ -422,7 +421,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
             inside = sorted((piece for piece in parts if piece <= whole), key=lambda piece: -len(piece & links))
             for piece in inside[1:]:
                 tops = piece - reached
-                if tops and not tops & gaps:  # a piece without a root is a cycle
+                if tops and not tops & gaps:  # without a root, the piece is a cycle
                     across = (step for step in published if (step.parent in piece) != (step.child in piece))
                     lost = next(step for step in across if step not in active)
                     yield _cut_off(case, piece, in_words(combination), lost.path)
@@ -466,7 +465,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:
                 reported.add(frame)
-                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {} means in all modes
+                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # empty if missing in all modes
                 message = f'messages of {owner} have the frame_id "{frame}", but no transform leads to that frame'
                 message += in_words(missing)
                 way = f"add a publisher of a transform to this frame{' for that mode' if missing else ''}"

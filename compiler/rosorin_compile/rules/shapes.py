@@ -116,8 +116,8 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
 def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
     """Return the diagonal (m) of the bounding box of a robot's frames and shapes, with joints at zero.
 
-    Translations of the joints ``without`` are ignored, and so are large shapes and shapes far from their link, because
-    they may be mistakes, and the distance from a root without shapes (the world) to the robot.
+    ``without`` names joints whose translations are ignored. Large shapes and shapes far from their link are ignored,
+    because they may be mistakes, and so is the distance from a root without shapes (the world).
     """
     if not robot.is_tree:
         return 0.0

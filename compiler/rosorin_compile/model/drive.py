@@ -110,7 +110,7 @@ class Steering:
 
 @dataclass(frozen=True)
 class DriveKinematics:
-    """The kinematics of a drive. Velocities refer to the point ``centre`` (x, y in m) of the frame ``frame``."""
+    """The kinematics of a drive. Velocities are those of the point ``centre`` (x, y in m) in ``frame``."""
 
     kind: str
     frame: str

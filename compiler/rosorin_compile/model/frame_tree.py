@@ -80,8 +80,8 @@ class Line(NamedTuple):
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     """Lay out frames as the lines of a printed tree, with children under their parents.
 
-    ``frames`` are included even if no row mentions them. A frame with several parents is under its first published
-    parent; each further parent has an extra line (``Line.up``) under the frame.
+    ``edges`` are the rows of the transforms. ``frames`` are included even if they are in no row. A frame with several
+    parents is under its first published parent; each further parent has an extra line (``Line.up``) under the frame.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}

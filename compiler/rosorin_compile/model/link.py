@@ -19,7 +19,7 @@ from .simulation import Attachment, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Declare a dataclass field for some formats only; ``formats`` maps each format to its name of the attribute."""
+    """Declare a dataclass field for some formats only; ``formats`` maps each format to its attribute name."""
     return field(default=default, metadata={"formats": formats})
 
 
@@ -64,7 +64,7 @@ class Inertial:
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
-        """Format the inertia as six numbers: ixx, iyy, izz, ixy, ixz, iyz.
+        """Format the inertia with ``number``, in the order ixx, iyy, izz, ixy, ixz, iyz.
 
         ``along`` is the same inertia along other axes. If rounding would make it invalid, all digits are printed.
         """

@@ -181,7 +181,7 @@ class Robot:
         return {}
 
     def has_free_base(self, output: Output) -> bool:
-        """Return True if the base is free in simulations: by the output option ``base``, or by default with a drive."""
+        """Return True if the option ``base`` of an output is "free", which is the default for a robot with a drive."""
         default = "fixed" if self.drive is None else "free"
         return output.options.get("base", default) == "free" and not self.root_in_world.world
 
@@ -366,7 +366,7 @@ class Robot:
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints in the URDF: those that robot_state_publisher publishes or with several coordinates."""
+        """Return the joints in the URDF: those of robot_state_publisher, and those with several coordinates."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 

@@ -209,11 +209,11 @@ class Shape:
 
     @cached_property  # cached, because links may share shapes
     def in_link(self) -> Shape:
-        """The shape in the link frame; a box rotated by quarter turns becomes a box without a rotation."""
+        """The same shape, but a box that is rotated by quarter turns becomes a box without a rotation."""
         return self.move(Transform())
 
     def drawn(self) -> tuple[Shape, ...]:
-        """Return the shapes to draw: a height map with a bottom above 0 is moved up or becomes boxes."""
+        """Return the shapes to draw: a height map with a bottom above 0 is moved up or split into boxes."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)

@@ -18,7 +18,7 @@ from .shapes import holds
 PARALLEL = math.cos(math.radians(30))  # an axis within 30 degrees of a direction counts as parallel to it
 RADIUS_APART = 0.05  # relative to the specified radius: larger deviations are a mistake, such as a diameter
 UNEVEN = 0.001  # m: wheels with larger height differences are not on one floor
-LEAST = 1e-4  # m: wheels that are closer along an axis have the same position on it
+LEAST = 1e-4  # m: wheels that are closer than this along an axis have the same position on it
 # Pairs of roles whose names imply that the first wheel is farther along x (or y) than the second wheel.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {

@@ -121,7 +121,7 @@ def _suspect(case: Case, path: Path, value: float) -> str:
 
 @Check
 def turns(case: Case) -> Iterator[Diagnostic]:
-    """Warn about angles in ``rpy`` without a unit, from a half to a full turn, that are multiples of 0.5."""
+    """Warn about angles in ``rpy`` without a unit that are multiples of 0.5 and between a half and a full turn."""
     poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
     poses += [(one.inertial.pose, case.link(one.name, "inertial")) for one in case.robot.links if one.inertial]
     poses += [(shape.pose, path) for _, path, shape in case.shapes()]

@@ -118,7 +118,7 @@ class Step(NamedTuple):
 
     @property
     def owner(self) -> str:
-        """The name of the publisher, and of the joint if there is one, for messages."""
+        """A phrase for messages that names the publisher, such as 'robot_state_publisher (joint "elbow")'."""
         static = f'static_transform_publisher "{self.publisher.name}"'
         name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or '"none"'
         return f'{name} (joint "{self.joint}")' if self.joint else name
@@ -214,7 +214,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def urdf_always(case: Case) -> Iterator[Diagnostic]:
-    """Report conditions on robot_state_publisher, which publishes its entire URDF in every mode (bad-condition)."""
+    """Report conditions on robot_state_publisher, which publishes its URDF in every mode (rule bad-condition)."""
     claims = _claims(case) if case.robot.edges else {}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
         place = _turn_of_urdf(case, joint)
@@ -237,7 +237,7 @@ def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
 
 @Check
 def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
-    """Report joints whose publisher is not started by an output, or has no output to read (unpublished-edge).
+    """Report joints whose publisher is not started by an output, or has no output to read (rule unpublished-edge).
 
     Nothing is reported if an output has an unknown format, because it may be the missing output.
     """
@@ -297,7 +297,7 @@ def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]
 
 @Check
 def known_frames(case: Case) -> Iterator[Diagnostic]:
-    """Report frames in ``edges`` that are not connected to any link because a name is misspelt (unknown-link)."""
+    """Report frames in ``edges`` that have no connection to a link because a name is misspelt (rule unknown-link)."""
     robot = case.robot
     misspelt = list(_misspelt_world(case))
     yield from misspelt
@@ -396,7 +396,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
-    """Report links that are cut off from the tree in some modes, because a frame changes its parent (split-tf)."""
+    """Report links that are cut off from the tree in some modes: a frame changes its parent (rule split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:

@@ -17,7 +17,7 @@ from .case import Case
 from .joints import WORLD_FRAMES
 from .magnitudes import FULL_TURN
 
-# REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
+# REP 103, "Suffix Frames": z forward, x right, y down, relative to a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
 SUFFIXES = ("_optical", "_optical_frame", "_optical_link")
 TOLERANCE = 1e-3  # rad

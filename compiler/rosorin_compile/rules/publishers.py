@@ -148,7 +148,7 @@ def active_in(published: Iterable[Step], combination: Combination) -> list[Step]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the competing transforms to each child frame in ``Robot.edges``; only the first parent joint counts."""
+    """Map each child frame in ``Robot.edges`` to the transforms with this child, transforms of joints first."""
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
     by_child: dict[str, list[Step]] = {}
@@ -460,7 +460,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             steps = [step for step in published if frame in (step.parent, step.child)]
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
             if any(step.child == frame for step in steps):
-                # Another rule reports modes without a publisher, unless the joint declares them (``none``).
+                # Only count modes that the joint declares as unpublished (``none``); another rule reports the other modes.
                 turns = [step for step in silent if step.child == frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:

@@ -142,7 +142,7 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
         if one.severity == ERROR or one.span is None:
             return False
         is_compared = one.rule in _COMPARING and not places.isdisjoint((one.span, *(two.span for two in one.related)))
-        # Collisions depend on all numbers of the robot, so any wrong number can invalidate the recorded collision pairs.
+        # Collisions depend on all numbers of the robot, so a wrong number can invalidate the recorded collision pairs.
         return is_compared or one.span in refused or (one.rule == "collisions-stale" and bool(refused))
 
     return [one for one in diagnostics if not follows(one)]

@@ -460,7 +460,7 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             steps = [step for step in published if frame in (step.parent, step.child)]
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
             if any(step.child == frame for step in steps):
-                # Only count modes that the joint declares as unpublished (``none``); another rule reports the other modes.
+                # Only count modes that the joint declares as unpublished (``none``); another rule reports the others.
                 turns = [step for step in silent if step.child == frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:

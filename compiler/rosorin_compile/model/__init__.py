@@ -1,4 +1,4 @@
-"""The model of a robot: frozen dataclasses in SI units. Code in this package imports them from their modules."""
+"""The model of a robot: frozen dataclasses with values in SI units."""
 
 from .drive import Drive, Twist
 from .geometry import Pose, Transform, Vector

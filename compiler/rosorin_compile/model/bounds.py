@@ -1,4 +1,4 @@
-"""Bounding boxes and balls of shapes, their extents, and lines through them (C. Ericson, 2005, 5.3)."""
+"""Bounding boxes, extents and line intersections of shapes (C. Ericson, "Real-Time Collision Detection", 2005, 5.3)."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -9,11 +9,11 @@ from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMa
 
 _NOWHERE = (math.inf, -math.inf)
 _EVERYWHERE = (-math.inf, math.inf)
-_PARALLEL = 1e-12  # tolerance of directions; also the distance (m) from a face up to which a line is outside
+_PARALLEL = 1e-12  # direction components below this count as 0; also the tolerance (m) for a line on a face
 
 
 class Bounds(NamedTuple):
-    """A box along the axes of a frame, with its lower and its upper corner (m)."""
+    """An axis-aligned box, defined by its lower and upper corner (m)."""
 
     lower: Vector
     upper: Vector
@@ -38,12 +38,12 @@ class Bounds(NamedTuple):
         return math.hypot(*(max(c - b, a - d, 0.0) for a, b, c, d in pairs))
 
     def reach(self, point: Vector) -> float:
-        """Return the distance from a point to the farthest corner (m)."""
+        """Return the distance from a point to the farthest corner of the box (m)."""
         return math.hypot(*(max(abs(a - p), abs(b - p)) for a, b, p in zip(*self, point, strict=True)))
 
 
 def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
-    """Return the bounding box (m) of shapes in the frame of their link, or None if there is no shape or a mesh."""
+    """Return the bounding box of shapes in the link frame (m), or None if there are no shapes or one is a mesh."""
     bounds: Bounds | None = None
     for shape in shapes:
         if isinstance(shape.geometry, Mesh):
@@ -60,15 +60,15 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
 
 
 class Ball(NamedTuple):
-    """A bounding ball: its centre in the link (m), its radius (m), and the volume of the shape's box (m^3)."""
+    """A sphere around the bounding box of a shape."""
 
-    middle: Vector
-    radius: float
-    volume: float
+    middle: Vector  # in the link frame (m)
+    radius: float  # m
+    volume: float  # volume of the bounding box (m^3)
 
 
 def ball_of(shape: Shape) -> Ball | None:
-    """Return the ball around the bounding box of a shape, or None for a mesh."""
+    """Return the sphere around the bounding box of a shape, or None for a mesh."""
     if isinstance(shape.geometry, Mesh):
         return None
     (a, b, c), (d, e, f) = _corners(shape.geometry)
@@ -78,7 +78,6 @@ def ball_of(shape: Shape) -> Ball | None:
 
 
 def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
-    """Return the (lower, upper) corner of a geometry's bounding box in its frame, also for negative sizes."""
     if isinstance(geometry, Box):
         (a, b, c), (d, e, f) = geometry.lower, geometry.upper
         return (min(a, d), min(b, e), min(c, f)), (max(a, d), max(b, e), max(c, f))
@@ -101,7 +100,10 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
 
 
 def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
-    """Return a function from a unit vector to the extent (m) of a shape, not a mesh, in a link with pose ``place``."""
+    """Return the support function of a shape, which maps a unit vector to the largest coordinate (m) along it.
+
+    ``place`` is the pose of the shape's link in the frame of the unit vector. Meshes are not supported.
+    """
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
     boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
@@ -119,7 +121,7 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
             extent = abs(z) * geometry.length / 2 + geometry.radius * math.hypot(x, y)
         elif isinstance(geometry, Ellipsoid):
             extent = math.hypot(x * geometry.radii[0], y * geometry.radii[1], z * geometry.radii[2])
-        else:  # a box, or a height map, which has no boxes if all heights are 0
+        else:  # a box or a height map, which has no boxes if all heights are 0
             sides = zip(ends[0][x > 0], ends[1][y > 0], ends[2][z > 0], strict=True)
             extent = max((x * p + y * q + z * r for p, q, r in sides), default=-math.inf)
         return dot(there.xyz, direction) + extent
@@ -128,7 +130,10 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return the largest distance (m) of shapes, not meshes, from an axis through the origin (error below 0.004 %)."""
+    """Return the largest distance (m) of the shapes from an axis through the origin.
+
+    ``placed`` has each shape with the pose of its link. Meshes are not supported. The relative error is below 0.004 %.
+    """
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0
@@ -148,16 +153,17 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
 
 class Way(NamedTuple):
-    """The part of a line inside a solid, as distances along the line (m): where it enters and where it leaves."""
+    """The distances along a line (m) at which it enters and leaves a solid."""
 
     enters: float
     leaves: float
 
 
 def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
-    """Return the part of a line inside a solid, or None if the line misses it; None for a mesh or a height map.
+    """Return where a line enters and leaves a solid, or None if it misses the solid.
 
-    ``at`` is a point (m) on the line and ``along`` its direction (a unit vector), both in the frame of the solid.
+    ``at`` is a point on the line (m) and ``along`` its direction (unit vector), both in a frame at the centre of the
+    solid. For a mesh or a height map, the result is always None.
     """
     parts: list[tuple[float, float]] = []
     if isinstance(geometry, Box):
@@ -178,7 +184,7 @@ def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
 
 
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:
-    """Return the part of a line between two planes at ``-side / 2`` and ``side / 2`` along one axis."""
+    """Return where a line enters and leaves the space between ``-side / 2`` and ``side / 2`` on one coordinate axis."""
     half = abs(side) / 2
     if abs(step) < _PARALLEL:
         return _EVERYWHERE if abs(start) < half - _PARALLEL else _NOWHERE
@@ -187,7 +193,7 @@ def _slab(start: float, step: float, side: float) -> tuple[float, float]:
 
 
 def _ellipsoid(at: Vector, along: Vector, radii: Vector) -> tuple[float, float]:
-    """Return the part of a line in an ellipsoid; an infinite radius makes it an endless cylinder."""
+    """Return where a line enters and leaves an ellipsoid; an infinite radius makes it an infinite cylinder."""
     if not all(radii):
         return _NOWHERE
     x, y, z = (start / radius for start, radius in zip(at, radii, strict=True))

@@ -7,8 +7,8 @@ speed along g:
     g . (v + wz * (-p.y, p.x)) = w * r * (g . d)
 
 For a plain wheel and for an omni wheel, which slides along its axle, g is d. For a mecanum wheel g is the axis of the
-roller on the ground, half-way between d and the axle. Sources: ros2_controllers (mecanum_drive_controller.cpp and
-doc/mobile_robot_kinematics.rst); K. M. Lynch and F. C. Park, "Modern Robotics" (2017), 13.2.
+roller that touches the ground, half-way between d and the axle. Sources: ros2_controllers
+(mecanum_drive_controller.cpp, mobile_robot_kinematics.rst); K. M. Lynch, F. C. Park, "Modern Robotics" (2017), 13.2.
 
 A steered wheel is turned into its direction of travel, by at most a quarter turn. Velocities are those of the centre of
 the drive in the axes of the base frame (REP 103). The centre is the middle of the four wheels (mecanum), of all wheels
@@ -56,14 +56,14 @@ class Drive:
     """The drive of a mobile base: its kind and its joints."""
 
     kind: str  # a key of ``ROLES``
-    joints: Mapping[str, tuple[str, ...]]  # by their roles
+    joints: Mapping[str, tuple[str, ...]]  # joint names by role
     frame: str = ""  # the base frame, or "" for the root
-    radius: float | None = None  # of all wheels (m), or None to use the radii of their shapes
+    radius: float | None = None  # wheel radius (m), or None to use the radii of the wheel shapes
     source: Source = NO_SOURCE
 
     @property
     def wheels(self) -> tuple[str, ...]:
-        """The joints of the driven wheels, without duplicates."""
+        """The names of the driven wheel joints, without duplicates."""
         roles = ("driven",) if self.kind in STEERED else ROLES[self.kind]
         return tuple(dict.fromkeys(name for role in roles for name in self.joints.get(role, ())))
 
@@ -78,7 +78,7 @@ class Drive:
 
 
 class Twist(NamedTuple):
-    """A velocity of the base: m/s forward and to the left, rad/s counter-clockwise."""
+    """A velocity of the base: ``vx`` forward and ``vy`` to the left (m/s), ``wz`` counter-clockwise (rad/s)."""
 
     vx: float = 0.0
     vy: float = 0.0
@@ -93,39 +93,39 @@ class Wheel:
     x: float
     y: float
     radius: float
-    direction: tuple[float, float]  # direction in which the wheel rolls for positive joint velocity, unsteered
-    grip: tuple[float, float]  # direction in which the wheel does not slip, unsteered
+    direction: tuple[float, float]  # rolling direction (x, y) for positive joint velocity, if not steered
+    grip: tuple[float, float]  # direction (x, y) in which the wheel cannot slip, if not steered
     steering: str = ""  # the joint that steers the wheel, or "" for an unsteered wheel
 
 
 @dataclass(frozen=True)
 class Steering:
-    """A steering joint: its position relative to the centre of the drive (m); ``sign`` is -1 for an axis along -z."""
+    """A steering joint and its position relative to the centre of the drive (m)."""
 
     joint: str
     x: float
     y: float
-    sign: float
+    sign: float  # -1 if the joint axis points down, else 1
 
 
 @dataclass(frozen=True)
 class DriveKinematics:
-    """The kinematics of a drive. Velocities are those of the point ``centre`` (m) in ``frame``."""
+    """The kinematics of a drive. Velocities are those of the point ``centre`` (x, y in m) in ``frame``."""
 
     kind: str
     frame: str
     centre: tuple[float, float]
     wheels: tuple[Wheel, ...]
     steering: tuple[Steering, ...] = ()
-    wheelbase: float = 0.0  # m; zero for a kind of drive without one
-    track: float = 0.0  # m; zero for a kind of drive without one
+    wheelbase: float = 0.0  # m; zero if this kind of drive has no wheelbase
+    track: float = 0.0  # m; zero if this kind of drive has no track
 
     @property
     def slides(self) -> bool:
         return self.kind in SLIDING
 
     def angles(self, twist: Twist) -> dict[str, float]:
-        """Return the positions (rad) of the steering joints for a velocity of the base; zero at rest."""
+        """Return the steering joint positions (rad, by joint name) for a velocity of the base; zero at rest."""
         angles = {}
         for axis in self.steering:
             forward, left = twist.vx - twist.wz * axis.y, twist.wz * axis.x
@@ -135,17 +135,21 @@ class DriveKinematics:
         return angles
 
     def speeds(self, twist: Twist, angles: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return the wheel speeds (rad/s) for a velocity of the base; ``angles`` (rad) set steering joints by name."""
+        """Return the wheel speeds (rad/s, by joint name) for a velocity of the base.
+
+        ``angles`` are the current steering joint positions (rad, by joint name), by default those that the velocity
+        requires.
+        """
         twist = twist if self.slides else twist._replace(vy=0.0)
         angles = self.angles(twist) if angles is None else angles
         rows = {wheel.joint: self._row(wheel, angles) for wheel in self.wheels}
         return {joint: dot(row, twist) / rolled for joint, (row, rolled) in rows.items()}
 
     def velocity(self, speeds: Mapping[str, float], angles: Mapping[str, float] | None = None) -> Twist:
-        """Return the velocity of the base for speeds of the wheels (rad/s) and positions of the steering (rad).
+        """Return the velocity of the base for wheel speeds (rad/s) and steering joint positions (rad), by joint name.
 
-        Missing joints are at zero. If speeds contradict each other, the result is the best fit (least squares).
-        Raises ValueError if the wheels do not determine the velocity.
+        Missing speeds and positions are zero. Contradictory speeds are fitted by least squares. Raises ValueError if
+        the wheels do not determine the velocity.
         """
         angles = angles or {}
         equations = [(self._row(wheel, angles), speeds.get(wheel.joint, 0.0)) for wheel in self.wheels]
@@ -159,7 +163,6 @@ class DriveKinematics:
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
-        """Return the coefficients of (vx, vy, wz) along a wheel's grip, and its travel (m) along the grip per rad."""
         (gx, gy), (dx, dy), angle, x, y = wheel.grip, wheel.direction, 0.0, wheel.x, wheel.y
         for axis in (axis for axis in self.steering if axis.joint == wheel.steering):
             angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
@@ -169,12 +172,10 @@ class DriveKinematics:
 
 
 def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
-    """Return the coefficients of vx, vy and wz in the velocity of a point (m) along a direction."""
     return (direction[0], direction[1], direction[1] * x - direction[0] * y)
 
 
 def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
-    """Solve linear equations (rows with the right side last) by least squares. Raises ValueError if underdetermined."""
     size = len(rows[0]) - 1 if rows else 0
     normal = [[sum(row[i] * row[j] for row in rows) for j in range(size + 1)] for i in range(size)]
     scale = max((abs(number) for line in normal for number in line[:-1]), default=0.0)
@@ -192,7 +193,7 @@ def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
 
 @of_robot
 def drive_kinematics(robot: Robot) -> DriveKinematics:
-    """Return the kinematics of a robot's drive, with all joints at zero. Raises ValueError without a valid drive."""
+    """Return the kinematics of a drive, with all joints at zero. Raises ValueError if there is no valid drive."""
     drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
@@ -237,7 +238,7 @@ def drive_kinematics(robot: Robot) -> DriveKinematics:
 
 
 def axis_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
-    """Return the axis of a joint in the base frame, a unit vector, with all joints at zero."""
+    """Return the axis of a joint in the base frame (unit vector), with all joints at zero."""
     joint = robot.joint[name]
     return unit(robot.transform(drive.frame or robot.root, joint.child).rotate(joint.axis))
 
@@ -248,14 +249,14 @@ def place_in_base(robot: Robot, drive: Drive, name: str) -> Vector:
 
 
 def steering_of(robot: Robot, drive: Drive, name: str) -> str:
-    """Return the joint that steers a wheel joint, or "" for an unsteered wheel."""
+    """Return the name of the joint that steers the wheel joint ``name``, or "" if no joint steers it."""
     above = [joint.name for joint in robot.chain(robot.joint[name].parent)]
     return next((axis for axis in drive.steering if axis in above), "")
 
 
 @of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
-    """Return the radius (m) of a wheel from its round collision shapes, or else its visuals; None without any."""
+    """Return the radius (m) of a wheel from its round collision shapes or else visuals, or None if none is round."""
     joint = robot.joint[name]
     below = [(joint.child, Transform())]
     for link, place in below:

@@ -1,4 +1,4 @@
-"""The field of view of a sensor (a pyramid, rays, a box or axes), from its MuJoCo or else its Gazebo elements."""
+"""The fields of view of a sensor, from its MuJoCo elements or, if it has none, from its Gazebo elements."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,27 +11,31 @@ from .simulation import BODY_ELEMENT, SENSOR_ELEMENT, GazeboSensor, SdfElement, 
 
 Data = dict[str, "Any"]
 
-_FLAT = 1e-9  # rad; a ray this close to a layer is part of it
+_FLAT = 1e-9  # rad; layers of a lidar whose elevations differ by less are the same layer
 _DIGITS = 12
-_LAYERS = 1000  # maximum number of lidar layers to show; of more layers, an even selection is shown
-_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # an optical frame in a frame that looks along x
-_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # its pose in a MuJoCo camera, which looks along -z (y up)
+_LAYERS = 1000  # maximum number of lidar layers; of a lidar with more layers, evenly spaced layers are shown
+_IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # optical frame relative to a frame with x forward
+_CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # optical frame relative to a MuJoCo camera (looks along -z)
 _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
 _GAZEBO_AXES = ("imu", "magnetometer", "force_torque")
 
 
 def page_pose(pose: Pose) -> Data:
-    """Return a pose for the viewer page: metres, and radians about the fixed axes x, y, z."""
+    """Convert a pose to JSON data for the viewer page: metres, and radians about the fixed axes x, y, z."""
     return {"xyz": numbers(pose.xyz), "rpy": numbers(pose.rpy)}
 
 
 def numbers(values: Sequence[float]) -> list[float]:
-    """Replace -0.0 by 0.0."""
+    """Return the values as a list, with 0.0 in place of -0.0."""
     return [value + 0.0 for value in values]
 
 
 def seen_by(sensor: Sensor) -> list[Data]:
-    """Return the fields of view of a sensor; fans of rays that differ only in elevation become layers of one fan."""
+    """Return the fields of view of a sensor as JSON data for the viewer page.
+
+    The "kind" is "frustum" (camera), "fan" (rays of a lidar), "box" or "axes". Fans that differ only in elevation are
+    merged into the layers of one fan.
+    """
     views = [view for one in sensor.simulated if (view := _of_mujoco(one))]
     views = views or [view for one in sensor.gazebo if not one.at_joint and (view := _of_gazebo(one))]
     if not views and any(one.type in _GAZEBO_AXES for one in sensor.gazebo):
@@ -60,7 +64,7 @@ def _of_mujoco(one: SensorElement) -> Data | None:
         return {"kind": "box", **place, "size": [2 * float(half) for half in size]}
     if kind != "rangefinder" or one.pose is None:
         return {"kind": "axes", **place} if kind in _AXES else None
-    # A rangefinder measures along the z axis of its site; its copies are rotated about the z axis of the link.
+    # A rangefinder measures along the z axis of its site. Its replicas are rotated about the z axis of the link.
     x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
     copies = one.replicas
     fan: Data = {"kind": "fan", "frame": one.link, "xyz": numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
@@ -77,7 +81,6 @@ def _frustum(frame: str, pose: Pose, turn: Pose, horizontal: float, vertical: fl
 
 
 def _of_gazebo(one: GazeboSensor) -> Data | None:
-    """Return the field of view of a Gazebo sensor, which looks along x, or None if it has none."""
     wide, width, height = (_number(one, *path) for path in (("horizontal_fov",), ("width",), ("height",)))
     if wide and width and height:
         return _frustum(one.link, one.pose, _IMAGE, wide, 2 * math.atan(math.tan(wide / 2) * height / width))
@@ -96,7 +99,7 @@ def _of_gazebo(one: GazeboSensor) -> Data | None:
 
 
 def _number(one: GazeboSensor, *path: str) -> float:
-    """Return the number in the first element with these nested tags (levels may be skipped), or 0 if missing."""
+    """Return the number in the first element with these nested tags, which may skip levels, or 0 if it is missing."""
     elements, value = one.elements, None
     for name in path:
         found = next((element for element in _all(elements) if element.name == name), None)

@@ -1,4 +1,4 @@
-"""The tree of frames: a row for each transform with its publisher, and the layout of the tree as lines of text."""
+"""The transforms of a robot with their publishers, as rows of a table and as lines of a printed tree."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -16,17 +16,17 @@ _LEFT = "text-align: left"
 
 
 class Row(NamedTuple):
-    """A transform parent -> child (an edge of the tree) and its publisher."""
+    """A transform parent -> child and its publisher, as a row of a table."""
 
     parent: str
     child: str
     publisher: str
-    why: str  # the reason why no node publishes the transform, or ""
+    why: str  # why no node publishes the transform, or ""
     topic: str
-    when: str  # the condition on modes under which it is published; "" for always
-    first: str  # the parent in the first row of this child
-    joint: str = ""  # the name of the joint, or "" for a transform of another node
-    kind: str = ""  # the type of the joint, or ""
+    when: str  # condition on modes under which the transform is published, or "" for always
+    first: str  # parent in the first row with this child; further rows are alternatives
+    joint: str = ""  # joint that connects parent and child, or ""
+    kind: str = ""  # type of that joint, or ""
 
     @property
     def published(self) -> bool:
@@ -42,7 +42,10 @@ class Row(NamedTuple):
 
 
 def rows(robot: "Robot") -> tuple[Row, ...]:
-    """Return a row for each transform, without simulation frames: joints from the root down, then other nodes."""
+    """Return a row for each transform: joints from the root down, then transforms that other nodes publish.
+
+    Links that exist only in simulations are omitted.
+    """
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
     first = {child: parent for parent, child in joints if child not in robot.simulated_frames}
     table = list[Row]()
@@ -58,30 +61,31 @@ def rows(robot: "Robot") -> tuple[Row, ...]:
 
 
 def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
-    """Return the distinct publishers in the order of the rows."""
+    """Return the names of the publishers, without duplicates, in the order of the rows."""
     return tuple(dict.fromkeys(row.publisher for row in edges if row.published))
 
 
 class Line(NamedTuple):
-    """A line of the printed tree: a frame, and the row of the transform to it."""
+    """A line of the printed tree: a frame, and the transform between it and the frame in the line ``on``."""
 
     frame: str
     row: Row | None  # None for a root
     depth: int
-    on: int  # the index of the line of the parent; -1 for a root
-    last: bool  # whether the frame is the last child of that parent
-    up: bool = False  # the frame is the parent in ``row``, but not in the tree
-    again: bool = False  # with ``up``: the frame also has a line as a child or root
+    on: int  # index of the line that this line is indented under; -1 for a root
+    last: bool  # True for the last line that is indented under line ``on``
+    up: bool = False  # True if the frame is a second parent of the frame in line ``on``
+    again: bool = False  # True if ``up`` and another line shows the frame at its regular place
 
 
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
-    """Lay out transforms and further frames as a tree of printed lines: parents above children, each frame once.
+    """Lay out frames as the lines of a printed tree, with children under their parents.
 
-    If a frame has several parents, it is below the parent in tf2; each other parent gets a line below the frame.
+    ``edges`` are the rows of the transforms. ``frames`` are included even if they are in no row. A frame with several
+    parents is under its first published parent; each further parent has an extra line (``Line.up``) under the frame.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
-    more: dict[str, list[Row]] = {}  # rows that are not in the tree, by child
+    more: dict[str, list[Row]] = {}  # rows of further parents and of cycles, by child
     for row in sorted(edges, key=lambda row: not row.published):
         ancestor = row.parent
         while ancestor != row.child and ancestor in into:
@@ -94,13 +98,13 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     for row in edges:
         if into.get(row.child) is row:
             children.setdefault(row.parent, []).append(row.child)
-    # Frames that only occur as the parent in one row that is not in the tree.
+    # Frames that occur only once, as a further parent: the extra line is their only line.
     parents = Counter(row.parent for rows in more.values() for row in rows)
     in_tree = into.keys() | children.keys() | more.keys()
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}
     drawn: list[Line] = []
     roots = [name for name in names if name not in into and name not in lone]
-    waiting: list[tuple[str, Row | None, int, bool, bool]]  # frame, row, on, last, up
+    waiting: list[tuple[str, Row | None, int, bool, bool]]  # fields of a line: frame, row, on, last, up
     waiting = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
     while waiting:
         name, edge, on, last, up = waiting.pop()
@@ -115,7 +119,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
 
 
 def way(tree: Sequence[Line], frame: str) -> list[Line]:
-    """Return the lines from a root to a frame, or an empty list if the tree does not contain it."""
+    """Return the lines from a root down to a frame, or an empty list if the tree does not contain the frame."""
     at = next((at for at, line in enumerate(tree) if line.frame == frame and not line.again), -1)
     upwards: list[Line] = []
     while at >= 0:

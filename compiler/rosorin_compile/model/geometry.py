@@ -1,7 +1,7 @@
-"""Poses and transforms without numpy, which is slower for three numbers.
+"""Poses and transforms in pure Python, because numpy is slower for vectors of three numbers.
 
-Conventions are those of URDF and REP 103: right-handed axes, metres, radians; ``rpy`` turns about the fixed axes X, Y,
-Z in this order, so R = Rz(yaw) Ry(pitch) Rx(roll) (http://wiki.ros.org/urdf/XML/joint, REP 103 "Rotation
+Conventions are those of URDF and REP 103: right-handed axes, metres, radians; ``rpy`` rotates about the fixed axes X,
+Y, Z in this order, so R = Rz(yaw) Ry(pitch) Rx(roll) (http://wiki.ros.org/urdf/XML/joint, REP 103 "Rotation
 Representation").
 """
 
@@ -18,8 +18,8 @@ Quaternion = tuple[float, float, float, float]
 
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-_ROUNDING = 4e-15  # rounding error of a sine or cosine; a product of three rotations has about 1e-15
-_STEEP = 1e-2  # the cosine of a pitch near +-90 degrees, where the atan2 of small numbers loses digits
+_ROUNDING = 4e-15  # tolerance for a sine or cosine; a product of three rotations has an error of about 1e-15
+_STEEP = 1e-2  # cosine of the pitch, below which (near +-90 degrees) the usual formula for yaw loses digits
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -38,12 +38,12 @@ def norm(a: Vector) -> float:
 
 
 def minus(one: Vector, other: Vector) -> Vector:
-    """Return the difference of two vectors, first minus second."""
+    """Return the vector ``one - other``."""
     return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
 
 
 def plus(one: Vector, other: Vector) -> Vector:
-    """Return the sum of two vectors."""
+    """Return the vector ``one + other``."""
     return (one[0] + other[0], one[1] + other[1], one[2] + other[2])
 
 
@@ -54,12 +54,12 @@ def unit(vector: Vector) -> Vector:
 
 
 def angle_between(one: Vector, other: Vector) -> float:
-    """Return the angle (rad) between two nonzero vectors, also precise for small angles."""
+    """Return the angle (rad) between two nonzero vectors, accurate even for small angles."""
     return math.atan2(norm(cross(one, other)), dot(one, other))
 
 
 def _snap(value: float) -> float:
-    """Round a sine or cosine to 0, 1 or -1 if it differs only by rounding (the cosine of 90 degrees is 6e-17)."""
+    """Round a sine or cosine to 0, 1 or -1 if it is within rounding error, such as 6e-17 for cos(90 deg)."""
     nearest = round(value)
     return float(nearest) if abs(value - nearest) < _ROUNDING else value
 
@@ -76,7 +76,7 @@ def rotation_of_rpy(rpy: Vector) -> Rows:
 
 
 def rotation_about(axis: Vector, angle: float) -> Rows:
-    """Return the matrix of a rotation by ``angle`` (rad) about an axis of any length. Raises ValueError for zero."""
+    """Return the matrix of a rotation by ``angle`` (rad) about a nonzero axis. Raises ValueError for a zero axis."""
     length = norm(axis)
     if length == 0:
         raise ValueError("a rotation needs an axis that is not zero")
@@ -93,7 +93,7 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     """Return unit vectors along the x and y axes of a planar joint's plane, in the frame of the joint.
 
-    They follow from the shortest rotation of z to the normal, as in MuJoCo. Raises ValueError for a zero normal.
+    The shortest rotation from z to the normal maps x and y to these vectors, as in MuJoCo. Raises ValueError for zero.
     """
     x, y, z = unit(normal)
     across = math.hypot(x, y)
@@ -128,8 +128,8 @@ def quaternion_of(rows: Rows) -> Quaternion:
 def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
 
-    Jacobi's method (1846): rotate the largest off-diagonal entry to zero until none is left. Unlike the closed formula,
-    it also is exact (up to rounding) for equal eigenvalues.
+    Uses Jacobi's method (1846): rotate the largest off-diagonal entry to zero until none is left. Unlike the
+    closed-form solution, it is accurate for equal eigenvalues.
     """
     matrix = [list(row) for row in rows]
     for _ in range(60):
@@ -153,14 +153,14 @@ def eigenvalues(rows: Rows) -> Vector:
 
 @dataclass(frozen=True, repr=False)
 class Transform:
-    """A rigid transform: ``rows`` is the 3x3 rotation, ``xyz`` the translation in metres."""
+    """A rigid transform from a child frame to its parent frame: a 3x3 rotation (``rows``) and a translation (m)."""
 
     rows: Rows = _UNIT_ROWS
     xyz: Vector = _ORIGIN
 
     @staticmethod
     def of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
-        """Build a transform from a position (m) and a quaternion (w, x, y, z). Raises ValueError for length zero."""
+        """Build a transform from a position (m) and a nonzero quaternion (w, x, y, z). Raises ValueError for zero."""
         length = math.hypot(*quaternion)
         if length == 0:
             raise ValueError("a quaternion of length zero is not a rotation")
@@ -188,7 +188,7 @@ class Transform:
         return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
 
     def then(self, child: Transform) -> Transform:
-        """Return this transform followed by ``child``: parent -> this -> child."""
+        """Compose two transforms: the result applies ``child`` first and then this transform."""
         (a, b, c), (d, e, f), (g, h, i) = self.rows
         (j, k, m), (n, o, p), (q, r, s) = child.rows
         first = (a * j + b * n + c * q, a * k + b * o + c * r, a * m + b * p + c * s)
@@ -197,7 +197,7 @@ class Transform:
         return Transform((first, second, third), self.apply(child.xyz))
 
     def inverse(self) -> Transform:
-        """Return the transform from child to parent."""
+        """Return the inverse transform, from the parent frame to the child frame."""
         (a, b, c), (d, e, f), (g, h, i) = self.rows
         rows = ((a, d, g), (b, e, h), (c, f, i))
         x, y, z = Transform(rows).rotate(self.xyz)
@@ -209,22 +209,22 @@ class Transform:
         return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the axis (unit vector in this frame, or zero) and angle (rad, 0 to pi) to another rotation."""
+        """Return the rotation from this to ``other``: unit vector of the axis (zero if equal), angle (rad, 0 to pi)."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 
     def angle_to(self, other: Transform) -> float:
-        """Return the angle (rad, 0 to pi) between this rotation and another one."""
+        """Return the angle (rad, 0 to pi) between the rotations of two transforms."""
         return self.turn_to(other)[1]
 
     def rpy(self) -> Vector:
-        """Return the rotation as fixed-axis roll, pitch, yaw in radians; at pitch +-90 degrees the yaw is zero."""
+        """Return the rotation as fixed-axis roll, pitch, yaw (rad); yaw is zero at a pitch of +-90 degrees."""
         (a, b, c), (d, e, f), (g, h, i) = self.rows
         horizontal = math.hypot(h, i)
         if horizontal < 1e-12:
             return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
         if horizontal < _STEEP:
-            # Compute the yaw by means of the roll, from numbers that are not small.
+            # ``a`` and ``d`` are small and inaccurate here, so compute the yaw from the roll and other entries.
             roll = math.atan2(h, i)
             sine, cosine = math.sin(roll), math.cos(roll)
             yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
@@ -234,7 +234,7 @@ class Transform:
 
 @dataclass(frozen=True)
 class Pose:
-    """The pose of a frame in its parent, as in the description: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
+    """The pose of a frame in its parent, as in a description: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
 
     xyz: Vector = _ORIGIN
     rpy: Vector = _ORIGIN
@@ -247,5 +247,5 @@ IDENTITY = Pose()
 
 
 def pose_of(transform: Transform) -> Pose:
-    """Convert a transform to xyz and rpy. Exact rotations by quarter turns yield exact angles."""
+    """Convert a transform to a pose. Exact quarter turns yield exact angles."""
     return Pose(transform.xyz, transform.rpy())

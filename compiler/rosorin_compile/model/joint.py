@@ -1,4 +1,4 @@
-"""Joints: they attach one link to another, and have limits, dynamics and a publisher of their transform."""
+"""Joints between links, with their limits, dynamics and the publisher of their transform."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,9 +14,9 @@ NODE = "node"
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
 SEVERAL_COORDINATES = ("planar", "floating", "ball")
-# Types of joints that rotate in every direction, and so have no axis.
+# Joint types without an axis, because they rotate in every direction.
 AXLELESS = ("floating", "ball")
-# The coordinates of a joint by its type, in radians and metres; a quaternion may have any length except zero.
+# Names of the position coordinates (rad or m) by joint type; a quaternion may have any length except zero.
 COORDINATES: Mapping[str, tuple[str, ...]] = {
     "fixed": (),
     **dict.fromkeys(MOVING_TYPES, ("position",)),
@@ -27,11 +27,11 @@ COORDINATES: Mapping[str, tuple[str, ...]] = {
 
 
 def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transform:
-    """Return the pose of the child frame in the joint frame; ``position`` is one number (rad or m) per coordinate.
+    """Return the pose of the child frame in the joint frame at a joint position.
 
-    A planar joint has two translations along the axes of its plane (``plane_axes``) and a rotation about the normal; a
-    floating joint has a position and a quaternion (x, y, z, w); a ball joint has a quaternion.
-    Raises ValueError for a wrong number of coordinates, for a zero axis, and for a quaternion of length zero.
+    The position is one number (rad or m) per coordinate in ``COORDINATES``, or 0.0 for the zero position of any joint.
+    The x and y axes of a planar joint are those of ``plane_axes``, and its angle is about the normal. Raises ValueError
+    for a wrong number of coordinates, for a zero axis, and for a quaternion of length zero.
     """
     names = COORDINATES[kind]
     numbers: Sequence[float] = position if isinstance(position, Sequence) else (position,)
@@ -62,7 +62,7 @@ def _along(axis: Vector, distance: float) -> Vector:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint, each None if the joint does not have it."""
+    """Joint limits, each None if not set."""
 
     lower: float | None = None  # rad or m
     upper: float | None = None  # rad or m
@@ -78,14 +78,14 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows another: position = multiplier * leader + offset."""
+    """A mimic relation: position = multiplier * (position of the leader ``joint``) + offset."""
 
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
     solref: tuple[float, ...] = field(default=(), compare=False)  # MuJoCo solver parameters
     solimp: tuple[float, ...] = field(default=(), compare=False)  # MuJoCo solver parameters; () for the default
-    name: str = field(default="", compare=False)  # of the MuJoCo equality; "" for the name of the joint
+    name: str = field(default="", compare=False)  # name of the MuJoCo equality constraint, or "" to use the joint name
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ class Dynamics:
     damping: float = 0.0  # N*m*s/rad
     friction: float = 0.0  # N*m
     armature: float = 0.0  # rotor inertia reflected to the joint, kg*m^2
-    stiffness: float = 0.0  # of the spring, N*m/rad
+    stiffness: float = 0.0  # spring stiffness, N*m/rad
     spring_reference: float = 0.0  # the position at which the spring is relaxed, rad or m
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Joint positions (rad or m) of the rising and the falling edge of a reference signal, each None if not set."""
+    """Joint positions (rad or m) at the edges of a reference signal that calibrates the joint, or None if not set."""
 
     rising: float | None = None
     falling: float | None = None
@@ -110,7 +110,7 @@ class Calibration:
 
 @dataclass(frozen=True)
 class SafetyController:
-    """The safety controller of a joint: its gains and soft limits, each None if not set."""
+    """The safety controller of a joint: its gains and soft limits, None if not set."""
 
     k_velocity: float  # N*m*s/rad or N*s/m
     k_position: float | None = None  # 1/s
@@ -123,11 +123,11 @@ class Publisher:
     """The node that publishes a transform on /tf or /tf_static."""
 
     kind: str  # ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE or UNPUBLISHED
-    name: str = ""  # of the node
+    name: str = ""  # name of the ROS node
     package: str = ""
-    about: str = ""  # a remark; for UNPUBLISHED the reason
-    stamps: tuple[str, ...] = ()  # frame_ids in the headers of the node's messages
-    simulated: bool = False  # the child frame and all frames below it exist only in simulations
+    about: str = ""  # a remark or, for UNPUBLISHED, the reason
+    stamps: tuple[str, ...] = ()  # frame_ids in the headers of messages that the node publishes
+    simulated: bool = False  # True if the child frame and all frames below it exist only in simulations
 
     @property
     def publishes(self) -> bool:
@@ -160,7 +160,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint moves and its position is one number; not for types in SEVERAL_COORDINATES."""
+        """Whether the joint has one axis to move about or along: revolute, continuous or prismatic."""
         return self.type in MOVING_TYPES
 
     @property
@@ -177,7 +177,7 @@ class Joint:
 
     @property
     def moves_on_tf(self) -> bool:
-        """Whether tf listeners see the child move; robot_state_publisher treats a planar joint as fixed."""
+        """Whether the published transform changes. robot_state_publisher treats planar joints as fixed."""
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property
@@ -187,7 +187,7 @@ class Joint:
         return own + (self.actuator.damping if self.actuator else 0.0)
 
     def limits_of(self, interface: str) -> tuple[float | None, float | None]:
-        """Return (lower, upper) for a ros2_control interface: position, velocity or effort. Stand-ins become None."""
+        """Return the (lower, upper) limit of "position", "velocity" or "effort", each None if missing or a stand-in."""
         limit = self.limit
         if limit is not None and interface == "position" and self.type != "continuous":
             return limit.known_value("lower"), limit.known_value("upper")
@@ -196,10 +196,10 @@ class Joint:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """The names of the numbers in a position of the joint, in the order of ``motion``."""
+        """The names of the coordinates of a joint position, such as ("x", "y", "angle") for a planar joint."""
         return COORDINATES[self.type]
 
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
-        """Return the pose of the child in the parent at a joint position. Raises ValueError, as ``motion`` does."""
+        """Return the pose of the child in the parent at a joint position. Raises ValueError (see ``motion``)."""
         origin = self.origin.transform()
         return origin if self.is_fixed else origin.then(motion(self.type, self.axis, position))

@@ -1,4 +1,4 @@
-"""The graph of all frames with the paths between them, and forward kinematics for many joint states at once."""
+"""The graph of a robot's frames, and forward kinematics for many joint states at once."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Transforms = tuple[Array, Array]
 
-# The position of a joint: one number (rad or m), or one number for each of its coordinates.
+# A joint position (rad or m): a number, or a tuple with a number per coordinate for joints with several coordinates.
 Position: TypeAlias = float | tuple[float, ...]
 Positions: TypeAlias = Mapping[str, Position]
 
 
 class NoWay(Exception):
-    """Two frames are not connected, or only running nodes know the poses of the steps ``missing`` between them."""
+    """Raised if two frames are not connected, or if the poses of ``missing`` steps between them are unknown."""
 
     def __init__(self, source: str, target: str, missing: tuple[Step, ...] = ()) -> None:
         super().__init__(f"no known transform from {source} to {target}")
@@ -32,7 +32,10 @@ class NoWay(Exception):
 
 
 class Step(NamedTuple):
-    """A connection parent -> child in the graph: a joint, transforms of other nodes (in different modes), or both."""
+    """A connection parent -> child in the graph of frames.
+
+    ``joint`` is None if only other nodes publish the transform; ``edges`` are their transforms in different modes.
+    """
 
     parent: str
     child: str
@@ -51,13 +54,13 @@ class Step(NamedTuple):
 
     @property
     def publishers(self) -> tuple[tuple[Publisher, str], ...]:
-        """The publishers, each with its condition on modes ("" for always); empty if there is no publisher."""
+        """The publishers with their conditions on modes ("" for always), or () if no node publishes the transform."""
         senders = [(self.joint.publisher, "")] if self.joint is not None else []
         senders += [(edge.publisher, edge.when) for edge in self.edges]
         return tuple(sender for sender in senders if sender[0].kind != UNPUBLISHED)
 
     def transform(self, robot: Robot, positions: Positions) -> Transform:
-        """Return the pose of the child in the parent at joint positions (rad or m). Raises ValueError if unknown."""
+        """Return the pose of the child at joint positions (rad or m). Raises ValueError if the pose is unknown."""
         if self.joint is not None:
             return self.joint.transform(robot.position(self.joint, positions))
         if self.pose is None:
@@ -66,7 +69,7 @@ class Step(NamedTuple):
 
 
 class Move(NamedTuple):
-    """A step in one direction; ``up`` goes from the child to the parent."""
+    """A step of a path from frame ``start`` to frame ``end``; ``up`` is True if ``end`` is the parent."""
 
     step: Step
     start: str
@@ -75,7 +78,7 @@ class Move(NamedTuple):
 
 
 class Graph:
-    """All frames of a robot, including those that other nodes publish, and the paths between them."""
+    """The graph of all frames of a robot, including frames that other nodes publish."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -94,10 +97,10 @@ class Graph:
         return tuple(self.moves)
 
     def way(self, source: str, target: str) -> tuple[Move, ...]:
-        """Return the steps from one frame to another, along the shortest path on which all poses are known.
+        """Return the shortest path from one frame to another on which all poses are known.
 
-        This is a search, because a frame may have two parents in the description: that of a joint without a publisher,
-        and that of a transform from a filter node. Raises NoWay, and KeyError for an unknown frame.
+        A search is necessary, because a frame can have two parents: one by a joint without a publisher, one by a filter
+        node. Raises NoWay if there is no such path, and KeyError for an unknown frame.
         """
         if target not in self.moves:
             raise KeyError(target)
@@ -113,7 +116,7 @@ class Graph:
         raise NoWay(source, target, tuple(missing) if frame == source else ())
 
     def tree(self, base: str, every: bool = False) -> dict[str, Move]:
-        """Return the last step from ``base`` to each frame, nearest first; ``every`` includes steps without a pose."""
+        """Return the last move on the path from ``base`` to each frame; ``every`` allows steps with unknown poses."""
         reached: dict[str, Move] = {}
         waiting = deque([base])
         while waiting:
@@ -127,9 +130,9 @@ class Graph:
 class Kinematics:
     """Forward kinematics of a robot for many joint states at once.
 
-    ``positions`` maps joint names to arrays of n positions (radians or metres) or to single numbers. Joints that are
-    not named are at zero, joints that mimic others follow them, and names that are not joints have no effect. A joint
-    with several coordinates takes an array in their order, (n, 3) if it is planar. Raises ImportError without numpy.
+    ``positions`` maps joint names to arrays of n positions (rad or m) or to single numbers. Missing joints are at zero,
+    mimic joints follow their leaders, and unknown names are ignored. Joints with several coordinates take arrays with a
+    column per coordinate, such as (n, 3) for a planar joint. Raises ImportError if numpy is missing.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -152,7 +155,7 @@ class Kinematics:
     def all_frames(
         self, base: str, positions: Mapping[str, ArrayLike], frames: Iterable[str] | None = None
     ) -> dict[str, Transforms]:
-        """Return the pose of each frame in ``base``, like ``transforms``; by default of all reachable frames."""
+        """Return the pose of each frame in ``base`` (see ``transforms``), by default of all reachable frames."""
         np = self.np
         count, states = self._states(positions)
         if frames is None:
@@ -169,7 +172,7 @@ class Kinematics:
         return {frame: (pose[:, :3, :3], pose[:, :3, 3]) for frame, pose in full.items()}
 
     def _states(self, positions: Mapping[str, ArrayLike]) -> tuple[int, dict[str, Array]]:
-        """Return the number of states, and the positions as arrays (1 or n, number of coordinates)."""
+        """Return the number of states n, and arrays of shape (1 or n, number of coordinates) by joint name."""
         states: dict[str, Array] = {}
         counts: dict[int, str] = {}
         for name in [name for name in positions if name in self.robot.joint]:
@@ -187,7 +190,6 @@ class Kinematics:
         return next(iter(counts), 1), states
 
     def _step(self, step: Step, states: Mapping[str, Array]) -> Any:
-        """Return the pose of a step's child in its parent, shape (1 or n, 4, 4)."""
         np, joint = self.np, step.joint
         leader = joint
         while leader is not None and leader.mimic is not None:

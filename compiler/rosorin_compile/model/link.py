@@ -1,7 +1,6 @@
-"""Links: the rigid bodies of a robot, with mass and shapes, and the sources of their values.
+"""Links: the rigid bodies of a robot, their inertials, and the sources of values.
 
-Inertias of shapes with uniform density and of bodies that are fixed to each other: ``shape.volume_and_moments`` has
-the moments of a solid, and the parallel axis theorem (C. Huygens, J. Steiner) combines several.
+Inertials of several shapes or rigidly connected bodies are combined with the parallel axis theorem.
 """
 
 import math
@@ -20,19 +19,19 @@ from .simulation import Attachment, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Declare a dataclass field for some formats only, by the attribute in each format: ``mjcf="gravcomp"``."""
+    """Declare a dataclass field for some formats only; ``formats`` maps each format to its attribute name."""
     return field(default=default, metadata={"formats": formats})
 
 
 @cache
 def limited_fields(kind: type) -> Mapping[str, Mapping[str, str]]:
-    """Return the fields of a dataclass that are declared with ``only_in``, each with its attribute by format."""
+    """Return the fields of a dataclass that ``only_in`` declares, with their attribute names by format."""
     return {item.name: item.metadata["formats"] for item in fields(kind) if "formats" in item.metadata}
 
 
 @dataclass(frozen=True)
 class Source:
-    """The origin of a value: ``status`` is factory, measured, calculated, chosen, imported or stand_in."""
+    """The source of a value; ``status`` is "factory", "measured", "calculated", "chosen", "imported" or "stand_in"."""
 
     status: str = ""
     note: str = ""
@@ -42,13 +41,13 @@ class Source:
 NO_SOURCE = Source()
 
 
-_THIN = 3e-3  # ratio of smallest to largest principal moment below which rounding changes how the body turns
-_FLAT = 1e-10  # relative margin of A + B >= C: if it is smaller, rounding can violate this, and engines refuse that
+_THIN = 3e-3  # if smallest / largest principal moment is below this, rounding noticeably changes the dynamics
+_FLAT = 1e-10  # relative margin of A + B >= C; below it, rounding may violate the inequality, which engines reject
 
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass (kg), the pose of the centre of mass, and the inertia (kg*m^2) about it along the axes of that pose."""
+    """A mass (kg), the pose of its centre, and its inertia (kg*m^2) about the centre along the axes of the pose."""
 
     mass: float
     pose: Pose
@@ -65,9 +64,9 @@ class Inertial:
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
-        """Format the inertia as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
+        """Format the inertia with ``number``, in the order ixx, iyy, izz, ixy, ixz, iyz.
 
-        xy, xz, yz are the signed entries of the tensor. If rounding would falsify the inertia, all digits are printed.
+        ``along`` is the same inertia along other axes. If rounding would make it invalid, all digits are printed.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:
@@ -85,21 +84,21 @@ class Inertial:
 
 @dataclass(frozen=True, repr=False)
 class Link:
-    """A rigid body, or only a frame if it has no inertial and no shape."""
+    """A rigid body, or only a frame if it has neither an inertial nor shapes."""
 
     name: str
     inertial: Inertial | None = None
     visual: tuple[Shape, ...] = ()
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
-    urdf_elements: tuple[str, ...] = ()  # XML elements that only the URDF gets
+    urdf_elements: tuple[str, ...] = ()  # XML elements that are added to the URDF only
     gravity_compensation: float = only_in(0.0, mjcf="gravcomp")
     marked: tuple[Attachment, ...] = ()  # sites, cameras and lights
-    mjcf: Values = field(default_factory=dict, hash=False)  # attributes for the MJCF
-    mjcf_elements: tuple[str, ...] = ()  # elements for the MJCF
+    mjcf: Values = field(default_factory=dict, hash=False)  # attributes of the body in the MJCF
+    mjcf_elements: tuple[str, ...] = ()  # XML elements that are added to the body in the MJCF
 
     def limited_values(self, format: str) -> dict[str, Any]:
-        """Return the values of ``only_in`` fields that are not the default, by their attributes in a format."""
+        """Return the non-default values of ``only_in`` fields that a format supports, by attribute name."""
         words = {name: formats[format] for name, formats in limited_fields(Link).items() if format in formats}
         return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
@@ -110,7 +109,7 @@ class Link:
 
     @property
     def size(self) -> Vector | None:
-        """The sides (m) of the bounding box of all shapes in the link frame; None if there is no shape or a mesh."""
+        """The size (m) of the bounding box of all shapes, or None if there are no shapes or one is a mesh."""
         bounds = bounds_of((*self.collision, *self.visual))
         return None if bounds is None else bounds.size
 
@@ -126,16 +125,16 @@ class DisabledCollision:
     REASONS: ClassVar[tuple[str, ...]] = ("Adjacent", "Default", "Always", "Never", "User")
 
     links: tuple[str, str]
-    reason: str = "User"  # a value that is not in ``REASONS`` is read as "User"
-    nearest: float | None = None  # the smallest measured distance (m, negative if they overlap)
-    beyond: float | None = None  # the links were always farther apart than this (m)
+    reason: str = "User"  # any value that is not in ``REASONS`` counts as "User"
+    nearest: float | None = None  # smallest measured distance between the links (m), negative for an overlap
+    beyond: float | None = None  # the measured distances were always larger than this (m)
 
 
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
     """Return the inertial of shapes with uniform density, from their total ``mass`` (kg) or ``density`` (kg/m^3).
 
-    A single solid yields an inertial at its centre along its axes, several solids one along the axes of the link.
-    Overlaps count twice. Raises ValueError if there is no shape, one is a mesh, or a number overflows.
+    The axes are those of the shape if there is a single solid, else those of the link. Overlapping volumes count twice.
+    Raises ValueError if there are no shapes, one is a mesh, or a number overflows.
     """
     solids = [solid for shape in shapes for solid in shape.solids()]
     if not solids:
@@ -153,10 +152,10 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
 
 
 def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
-    """Combine inertials of bodies that are fixed to each other, each with the pose of its link in the new frame.
+    """Combine inertials of bodies that are fixed to each other.
 
-    A single inertial keeps its axes; several are combined along the axes of the frame. Raises ValueError for an empty
-    sequence, or if a number overflows.
+    ``parts`` has each inertial with the pose of its link in a common frame. A single inertial keeps its axes; several
+    are combined along the axes of that frame. Raises ValueError for an empty sequence, or if a number overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")
@@ -169,7 +168,6 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
 
 @contextmanager
 def _finite(message: str) -> Iterator[None]:
-    """Convert arithmetic errors in a ``with`` block to ValueError, with ``message`` for an overflow."""
     try:
         yield
     except OverflowError:
@@ -206,7 +204,7 @@ Inertia = tuple[float, float, float, float, float, float]  # xx yy zz xy xz yz
 
 
 def along_link(inertia: Inertia, frame: Transform) -> Inertia:
-    """Rotate an inertia (kg*m^2; xx yy zz xy xz yz) from the axes of ``frame`` to the axes of the link: R I R^T."""
+    """Rotate an inertia (kg*m^2; xx yy zz xy xz yz) from the axes of ``frame`` to those of the link: R I R^T."""
     if frame.rows == Transform().rows:
         return inertia
     xx, yy, zz, xy, xz, yz = inertia

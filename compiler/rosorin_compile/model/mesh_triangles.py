@@ -1,7 +1,7 @@
 """Read the triangles of mesh files in metres with trimesh.
 
-Broken, empty or hostile files raise ``ExtractProblem``. Of the files that a mesh refers to, only the buffers of a .gltf
-and the materials of an .obj in the same folder are read. A .dae with a DTD is refused.
+Broken, empty or malicious files raise ``ExtractProblem``. Buffers of a .gltf and materials of an .obj are read only
+from the folder of the mesh. A .dae with a DTD is rejected.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 MAX_BYTES = 2_000_000_000
 _MAX_MATERIALS = 1_000_000  # bytes
 _MAP, _WHITE = re.compile(rb"(?mi)^[ \t]*map_Kd\b[^\r\n]*"), re.compile(rb"(?mi)^[ \t]*Kd\b[^\r\n]*")
-_NAMELESS = "material_0"  # the name that trimesh gives to a material without one
+_NAMELESS = "material_0"  # the name that trimesh gives to an unnamed material
 _UNIT = re.compile(rb"""<unit\b[^>]*\bmeter\s*=\s*["']\s*(\d+\.?\d*(?:[eE][+-]?\d+)?)\s*["']""")  # COLLADA 1.4.1
 
 Colour = tuple[float, float, float]
 
 
 class ExtractProblem(SourceError):
-    """Raised if a mesh cannot be used; ``diagnostic`` has the reason and the fix."""
+    """Raised if a mesh cannot be used; ``diagnostic`` explains the reason and the fix."""
 
     @classmethod
     def new(cls, rule: str, message: str, help: Help = "", span: Span | None = None) -> ExtractProblem:
@@ -49,7 +49,7 @@ class ExtractProblem(SourceError):
 
 
 class NotThere(ExtractProblem):
-    """Raised if a file, robot, package or link does not exist. Commands exit as for a usage error."""
+    """Raised if a file, robot, package or link does not exist. Commands then exit with the code of a usage error."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class TriangleMesh:
 
     name: str
     triangles: Floats  # (n, 3, 3): corners in metres, counter-clockwise seen from outside
-    colours: tuple[tuple[int, Colour | None], ...] = ()  # (number of triangles, colour in sRGB 0 to 1) in order
+    colours: tuple[tuple[int, Colour | None], ...] = ()  # runs of triangles: (count, sRGB from 0 to 1 or None)
 
     FORMATS: ClassVar[tuple[str, ...]] = ("stl", "obj", "dae", "gltf", "glb")
 
@@ -66,7 +66,7 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Load the mesh of a shape, given as (link, "visual" or "collision", index), or return a warning."""
+        """Load the mesh of ``shape``: (link, "visual" or "collision", index). Return a warning if this fails."""
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
         message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"
@@ -82,7 +82,7 @@ class TriangleMesh:
 
     @staticmethod
     def require_packages() -> None:
-        """Raise ExtractProblem if packages for reading meshes are missing."""
+        """Raise ExtractProblem if a package that is needed to read meshes is not installed."""
         try:
             import numpy  # noqa: F401
             import scipy  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
@@ -92,7 +92,7 @@ class TriangleMesh:
 
     @staticmethod
     def place(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[float]) -> Floats:
-        """Return triangles (n, 3, 3) rotated by the matrix ``rows``, then moved by ``xyz`` (metres)."""
+        """Rotate triangles (n, 3, 3) by the matrix ``rows``, then translate them by ``xyz`` (m)."""
         import numpy as np
 
         moved: Floats = triangles @ np.asarray(rows, np.float64).T + np.asarray(xyz, np.float64)
@@ -100,11 +100,11 @@ class TriangleMesh:
 
 
 def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> TriangleMesh:
-    """Load the triangles of all geometries in a mesh file, times ``scale``.
+    """Load the triangles of a mesh file, in metres.
 
-    Numbers in STL, OBJ and glTF times ``scale`` are metres. A DAE has a unit, which is applied; its up axis is ignored,
-    so that z is up. ``coloured`` reads the colours of materials; a material with an image is white.
-    Raises NotThere for a missing file, and ExtractProblem for an unusable one.
+    Coordinates are multiplied by ``scale`` and, in a DAE, by the unit of the file. The up axis of a DAE is ignored: z
+    is up. With ``coloured``, the colours of materials are read; a material with an image is white. Raises NotThere for
+    a missing file, and ExtractProblem for an unusable file.
     """
     TriangleMesh.require_packages()
     import numpy as np
@@ -125,9 +125,9 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     if not data:
         raise ExtractProblem.new("mesh-empty", f"{path} is an empty file", "export it again")
     text = data.replace(b"\0", b"") if kind == "dae" else b""  # without zero bytes, UTF-16 looks like ASCII
-    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # entities may expand endlessly or read files
+    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # entities may expand endlessly or read other files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
-    # pycollada reads positions that are not 32-bit numbers as zero.
+    # Check all positions, because pycollada reads those that do not fit into 32-bit floats as zero.
     for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
         array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
         corners = None
@@ -143,7 +143,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit else 1.0)
     if not (factors == 1.0).all():
         triangles = triangles * factors
-        if factors.prod() < 0:  # mirroring turns triangles inside out, so reverse their corners
+        if factors.prod() < 0:  # mirroring turns triangles inside out, so reverse the order of their corners
             triangles = triangles[:, ::-1]
     if not np.isfinite(triangles).all():
         raise _unreadable(f"{path} has corners that are not finite numbers")
@@ -153,7 +153,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
 
 
 def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
-    """Compute the inertial of a closed mesh with density 1 kg/m^3, in the frame of the file. Raises ExtractProblem."""
+    """Return the inertial of a mesh with density 1 kg/m^3. Raises ExtractProblem if it is unreadable or not closed."""
     triangles = load_mesh(path, scale).triangles
     import numpy as np
     import trimesh
@@ -175,7 +175,6 @@ def _missing(message: str) -> ExtractProblem:
 
 
 def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Floats, Colour | None]]:
-    """Return (triangles, colour) for each geometry in a file, with None unless ``coloured``. Raises ExtractProblem."""
     import logging
     import warnings
 
@@ -184,7 +183,7 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
     options: dict[str, Any] = {"process": False, "resolver": _Resolver(path.parent)}
     if kind in ("gltf", "glb") or (kind == "obj" and not coloured):
         options["skip_materials"] = True
-    log = logging.getLogger("trimesh")  # silence it, because it logs tracebacks for broken files
+    log = logging.getLogger("trimesh")  # silenced, because trimesh logs tracebacks for broken files
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
@@ -195,7 +194,7 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
         raise
     except ImportError as problem:
         raise _missing(f"reading {path.suffix} files needs the package {problem.name or 'pycollada'}") from None
-    except Exception as problem:  # a reader can raise anything for a broken file
+    except Exception as problem:  # trimesh can raise any exception for a broken file
         reason = " ".join(str(problem).split())[:200] or type(problem).__name__
         message = f"{path} is not a mesh that can be read as {kind.upper()}: {reason}"
         raise _unreadable(message, "export it again; the ending says the format") from None
@@ -204,7 +203,6 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
 
 
 def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
-    """Yield (triangles, colour) for each geometry at its pose in the scene, without geometries made of lines."""
     import numpy as np
     import trimesh
 
@@ -226,7 +224,7 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
 
 
 class _Resolver:
-    """Opens files in or below the folder of a mesh for trimesh; makes materials with an image white."""
+    """Open files for trimesh, but only below the folder of the mesh. Materials with an image become white."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = files.resolve(folder)

@@ -1,4 +1,4 @@
-"""Read vertices of STL, OBJ and MSH files without optional packages, so that artifacts do not depend on those."""
+"""Read vertices of STL, OBJ and MSH files without optional packages, so that artifacts do not depend on these."""
 
 import math
 import re
@@ -14,20 +14,20 @@ from .robot import Robot
 from .shape import Mesh
 
 MAX_BYTES = 500_000_000
-STL_HEADER = 84  # bytes: 80 of text and the number of triangles; each triangle has 50 bytes
+STL_HEADER = 84  # bytes: 80 of text and 4 for the number of triangles; each triangle then has 50 bytes
 _OBJ_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*v[ \t]+([^\r\n]*)")
 _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORECASE)
 
-# A function that returns the vertices of a mesh in the units of its file, or None if they are unknown.
+# A function that returns the vertices of a mesh in the unit of its file, or None if the file cannot be read.
 Clouds = Callable[[Mesh], Sequence[Vector] | None]
 
 
 def no_clouds(mesh: Mesh) -> None:
-    """Return None: the ``Clouds`` for callers without mesh files."""
+    """Return None for every mesh; used as ``Clouds`` by callers without mesh files."""
 
 
 class UnreadableMesh(Exception):
-    """A mesh file is damaged or in an unsupported format; the message completes a sentence about the file."""
+    """Raised for a damaged or unsupported mesh file. The message is a clause, such as "the file is empty"."""
 
     def __init__(self, message: str, help: str = "export it again", rule: str = "") -> None:
         super().__init__(message)
@@ -35,10 +35,10 @@ class UnreadableMesh(Exception):
 
 
 def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
-    """Return a function from a mesh to its vertices, or None if its file is missing or unreadable.
+    """Return a function that returns the vertices of a mesh, or None if its file is missing or unreadable.
 
-    By default the function reads the files that the description names. With ``as_opened`` it reads the files that
-    MuJoCo opens, such as an OBJ converted from a DAE, and returns None for a mesh that is not in the MJCF.
+    By default, the function reads the files that the description names. With ``as_opened``, it reads the files that
+    MuJoCo opens, such as an OBJ converted from a DAE, and returns () for a missing mesh, which the MJCF omits.
     """
 
     def read(mesh: Mesh) -> Sequence[Vector] | None:
@@ -49,13 +49,12 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
 
 
 def why_unread(robot: Robot, name: str) -> str:
-    """Return the reason why the vertices of a mesh cannot be read, or "" if they can."""
+    """Return the reason why the file of the mesh ``name`` cannot be read, or "" if it can."""
     return _cloud(robot, name, False)[1]
 
 
 @of_robot
 def _cloud(robot: Robot, name: str, as_opened: bool) -> tuple[tuple[Vector, ...] | None, str]:
-    """Return (vertices, "") of a mesh, or (None, the reason why they cannot be read)."""
     data, ending = robot.mesh_contents.get(name, (b"", "")) if as_opened else (b"", "")
     path = robot.mesh_files.get(name)
     try:
@@ -74,16 +73,16 @@ def _cloud(robot: Robot, name: str, as_opened: bool) -> tuple[tuple[Vector, ...]
 
 
 def read_vertices(data: bytes, ending: str) -> "array[float]":
-    """Return x, y and z of every vertex in a mesh file, in the order and unit of the file.
+    """Return the coordinates x, y, z of all vertices in a mesh file as a flat array, in the unit of the file.
 
     ``ending`` is the file extension, such as ".stl". An STL has three vertices per triangle. OBJ vertices without a
-    face are included, because MuJoCo includes them in the convex hull. Raises UnreadableMesh.
+    face are included, because MuJoCo includes them in the convex hull. Raises UnreadableMesh for invalid data.
     """
     check_content(data)
     if ending not in (".stl", ".obj", ".msh"):
         raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
     coordinates = array("d")
-    if ending == ".msh":  # MuJoCo's: numbers of vertices, normals, texture coordinates and faces, then the data
+    if ending == ".msh":  # MuJoCo format: numbers of vertices, normals, texture coordinates and faces, then the data
         counts = struct.unpack_from("<4i", data) if len(data) >= 16 else (-1, 0, 0, 0)
         size = 16 + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
         if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:
@@ -111,7 +110,7 @@ def read_vertices(data: bytes, ending: str) -> "array[float]":
 
 
 def check_content(data: bytes) -> None:
-    """Raise UnreadableMesh for an empty file or a Git LFS pointer."""
+    """Raise UnreadableMesh if a mesh file is empty or a Git LFS pointer."""
     if not data.strip():
         raise UnreadableMesh("the file is empty")
     if data.startswith(b"version https://git-lfs"):
@@ -119,11 +118,11 @@ def check_content(data: bytes) -> None:
 
 
 def stl_count(data: bytes) -> int | None:
-    """Return the number of triangles in a binary STL, or None if the file size does not match it."""
+    """Return the number of triangles in a binary STL, or None if the size of ``data`` does not match this number."""
     count = int(struct.unpack_from("<I", data, STL_HEADER - 4)[0]) if len(data) >= STL_HEADER else -1
     return count if len(data) == STL_HEADER + 50 * count else None
 
 
 def is_ascii_stl(data: bytes) -> bool:
-    """Return True if an STL is ASCII; the header of a binary STL may also begin with "solid"."""
+    """Return True if an STL is in ASCII format. The header of a binary STL may also begin with "solid"."""
     return stl_count(data) is None and data.lstrip()[:5].lower() == b"solid"

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class ByName(dict[str, "Named"]):
-    """A mapping whose KeyError suggests a similar name; ``kind`` is the word for its values in messages."""
+    """A dict of entries of a ``kind`` (such as "link"). Its KeyError names the kind and suggests a similar name."""
 
     def __init__(self, kind: str, items: Mapping[str, Named]) -> None:
         super().__init__(items)
@@ -59,18 +59,18 @@ class Sensor:
 
     name: str
     type: str
-    frame: str  # the child of ``joint``
+    frame: str  # child link of ``joint``
     joint: str
-    optical_frame: str = ""  # empty for sensors without an image
+    optical_frame: str = ""  # or "" for sensors without an image
     source: Source = NO_SOURCE
     simulated: tuple[SensorElement, ...] = ()
-    stamps: tuple[str, ...] = ()  # frames in the headers of the messages of its driver
+    stamps: tuple[str, ...] = ()  # frame_ids in the headers of messages that the sensor's driver publishes
     gazebo: tuple[GazeboSensor, ...] = ()
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A transform parent -> child that another node publishes, or that a joint publishes in some modes only."""
+    """A transform parent -> child from the section ``edges``, or of a joint whose publisher depends on the mode."""
 
     parent: str
     child: str
@@ -79,7 +79,7 @@ class Edge:
     when: str = ""
     pose: Pose | None = None  # None if only the running node knows the pose
     source: Source = NO_SOURCE
-    joint: str = ""  # the joint with this transform, or "" for an entry of ``edges``
+    joint: str = ""  # name of the joint, or "" for an entry of the section ``edges``
 
     @property
     def topic(self) -> str:
@@ -90,27 +90,27 @@ class Edge:
 
 @dataclass(frozen=True)
 class JointPose:
-    """A named pose; joints that are not in ``positions`` are at zero."""
+    """A named pose of the robot. Joints that are not in ``positions`` are at zero."""
 
     name: str
     positions: Mapping[str, float]  # rad or m, by joint name
     pulses: Mapping[str, int] = field(default_factory=dict)
     source: Source = NO_SOURCE
-    base: Pose | None = None  # the pose of a free base in the world, in simulations
-    controls: Mapping[str, float] = field(default_factory=dict)  # commands by actuator name, in simulations
+    base: Pose | None = None  # pose of a free base in the world, in simulations
+    controls: Mapping[str, float] = field(default_factory=dict)  # actuator commands by actuator name, in simulations
     mjcf: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller of ros2_control."""
+    """A ros2_control controller."""
 
     name: str
-    type: str  # as in the description: full, or a short name
+    type: str  # full or short name, as in the description
     params: Mapping[str, Any] = field(default_factory=dict)  # parameter values by full name (``a.b.c``)
-    hardware: str = ""  # the hardware block whose joints the controller moves, or ""
-    sensor: str = ""  # the sensor that the controller broadcasts, or ""
-    inactive: bool = False  # configured at the start of the robot, activated later
+    hardware: str = ""  # name of the <ros2_control> block with the joints of the controller, or ""
+    sensor: str = ""  # name of the sensor that the controller broadcasts, or ""
+    inactive: bool = False  # True if the controller is configured at startup, but activated later
     source: Source = NO_SOURCE
 
 
@@ -128,9 +128,9 @@ class Output:
 class Robot:
     """A robot. Links, joints and sensors are in the order of the description.
 
-    ``mesh_files`` maps the names of meshes and images to paths, except ``missing_meshes``, which were not found.
-    ``mesh_contents`` has (bytes, extension) of the mesh files that artifacts open, by name. ``root_in_world`` is for
-    simulations, ``sections`` has the values of plug-in sections.
+    ``mesh_files`` maps names of meshes and images to paths; names of missing files are in ``missing_meshes``.
+    ``mesh_contents`` maps mesh names to (bytes, file extension) of the files that artifacts load. ``root_in_world`` is
+    the pose of the root in simulations. ``sections`` has the values of plug-in sections.
     """
 
     name: str
@@ -181,15 +181,13 @@ class Robot:
         return {}
 
     def has_free_base(self, output: Output) -> bool:
-        """Return True if the base moves freely in simulations: by an option of the output, or if there is a drive."""
+        """Return True if the option ``base`` of an output is "free", which is the default for a robot with a drive."""
         default = "fixed" if self.drive is None else "free"
         return output.options.get("base", default) == "free" and not self.root_in_world.world
 
     def as_said(self) -> Robot:
-        """Return the robot without the additions of plug-in sections."""
+        """Return the robot without the links and other entries that plug-in sections added."""
         return self.sections.without or self
-
-    # Lookup by name.
 
     @cached_property
     def link(self) -> Mapping[str, Link]:
@@ -201,7 +199,7 @@ class Robot:
 
     @cached_property
     def material(self) -> Mapping[str, Material]:
-        """The materials by name, also from visuals; if several have one name, the first."""
+        """All materials by name, including those that visuals define. The first definition takes precedence."""
         materials = {material.name: material for material in self.materials}
         for link in self.links:
             for visual in link.visual:
@@ -227,19 +225,17 @@ class Robot:
         return any(link.visual for link in self.links if link.name not in self.simulated_frames)
 
     def positions(self, pose: str) -> Mapping[str, float]:
-        """Return the joint positions (radians or metres) of a named pose. Raises KeyError if the pose is unknown."""
+        """Return the joint positions (rad or m) of a named pose. Raises KeyError if the pose does not exist."""
         return ByName("pose", {one.name: one.positions for one in self.poses})[pose]
-
-    # The tree of links and joints.
 
     @cached_property
     def joint_to(self) -> Mapping[str, Joint]:
-        """The joint above each link, by link name."""
+        """The parent joint of each link except the root, by link name."""
         return {joint.child: joint for joint in self.joints}
 
     @cached_property
     def joints_from(self) -> Mapping[str, tuple[Joint, ...]]:
-        """The joints below each link, in the order of the description, by link name."""
+        """The child joints of each link, by link name, in the order of the description."""
         return _grouped((joint.parent, joint) for joint in self.joints)
 
     @cached_property
@@ -250,12 +246,12 @@ class Robot:
     def is_tree(self) -> bool:
         if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
-        # Each link except the root has one joint above it, and no links form a cycle that the root does not reach.
+        # Each link except the root has one parent joint, and the root reaches all links, so there are no cycles.
         return len(self.joint_to) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     @cached_property
     def mimics_resolve(self) -> bool:
-        """Whether the leaders of each mimic joint exist and end at a joint that is not a mimic joint."""
+        """Whether each mimic joint leads, directly or through other mimic joints, to a joint without ``mimic``."""
         followers = [joint for joint in self.joints if joint.mimic]
         resolved = {joint.name for joint in self.joints if not joint.mimic}
         for _ in followers:
@@ -263,7 +259,7 @@ class Robot:
         return resolved == self.joint.keys()
 
     def walk(self) -> Iterator[Link]:
-        """Yield the links from the root, parents before children, children in the order of their joints."""
+        """Yield the links depth-first from the root, children in the order of their joints."""
         return iter(self._down)
 
     @cached_property
@@ -272,7 +268,7 @@ class Robot:
 
     @of_robot
     def joints_down(self) -> tuple[Joint, ...]:
-        """Return the joints from the root down, in the order of ``walk``."""
+        """Return the joints from the root down, in the depth-first order of ``walk``."""
         return tuple(self.joint_to[link.name] for link in self._down if link.name in self.joint_to)
 
     def chain(self, link: str) -> tuple[Joint, ...]:
@@ -283,7 +279,7 @@ class Robot:
         return tuple(reversed(joints))
 
     def subtree(self, link: str) -> tuple[str, ...]:
-        """Return a link and all links below, children in the order of their joints; a cycle is no error."""
+        """Return the names of a link and all links below it, depth-first, even if the joints form a cycle."""
         found: dict[str, None] = {}
         waiting = [link]
         while waiting:
@@ -294,27 +290,25 @@ class Robot:
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
-        """Return True if two links can move relative to each other."""
+        """Return True if two links can move relative to each other, False if they are rigidly connected."""
         return self._rigid_tops.get(first, first) != self._rigid_tops.get(second, second)
 
     @cached_property
     def _rigid_tops(self) -> Mapping[str, str]:
-        tops: dict[str, str] = {}  # the topmost link that each link is fixed to
+        tops: dict[str, str] = {}  # the topmost link that each link is rigidly connected to, by link name
         for link in self._down:
             joint = self.joint_to.get(link.name)
             tops[link.name] = tops[joint.parent] if joint is not None and joint.is_fixed else link.name
         return tops
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
-        """Yield (name, pose in ``link``) for each link that a fixed joint attaches to it; children, then the parent."""
+        """Yield (name, pose in ``link``) of links that a fixed joint connects to ``link``: children, then parent."""
         for joint in self.joints_from.get(link, ()):
             if joint.is_fixed:
                 yield joint.child, joint.origin.transform()
         above = self.joint_to.get(link)
         if above is not None and above.is_fixed:
             yield above.parent, above.origin.transform().inverse()
-
-    # Publishers and frames.
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
@@ -323,7 +317,7 @@ class Robot:
 
     @cached_property
     def simulated_frames(self) -> Mapping[str, str]:
-        """Map each link that exists only in simulations to the reason, in the order of the tree."""
+        """Map each link that exists only in simulations to the reason, in the order of ``walk``."""
         found: dict[str, str] = {}
         for joint in self.joints_down():
             if joint.publisher.simulated:
@@ -334,17 +328,17 @@ class Robot:
 
     @property
     def frames(self) -> list[str]:
-        """The links that are frames on tf: all except those that exist only in simulations."""
+        """The names of the links that are tf frames, which excludes links that exist only in simulations."""
         return [link.name for link in self.links if link.name not in self.simulated_frames]
 
     def frame_tree(self) -> tuple[Row, ...]:
-        """Return the rows of the tree of frames: joints from the root down, then the transforms of other nodes."""
+        """Return a row for each transform: joints from the root down, then transforms that other nodes publish."""
         from .frame_tree import rows
 
         return rows(self)
 
     def joint_edges(self) -> list[Edge]:
-        """Return the transforms of joints whose publisher is the same in all modes, without simulation frames."""
+        """Return the transforms of joints, without simulation-only links and mode-dependent publishers."""
         joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
         joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.turns]
         ends = ((joint, self.publisher_of(joint)) for joint in joints)
@@ -352,24 +346,27 @@ class Robot:
 
     @of_robot
     def published_by(self, kind: str) -> tuple[Joint, ...]:
-        """Return the joints whose publisher is of this kind, in the order of the description."""
+        """Return the joints with this kind of publisher, such as ROBOT_STATE_PUBLISHER, in description order."""
         return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
 
     @cached_property
     def unmeasured_joints(self) -> tuple[Joint, ...]:
-        """The moving URDF joints without a position state in any hardware block; () if no joint has such a state."""
+        """The moving joints of robot_state_publisher whose position no <ros2_control> block reports.
+
+        Empty if no block reports any position, or if the robot has no controllers.
+        """
         measured = {one.name for block in self.control for one in block.joints if "position" in one.states}
         ours = self.published_by(ROBOT_STATE_PUBLISHER) if measured and self.controllers else ()
         return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in measured)
 
     def publisher_of(self, joint: Joint) -> Publisher:
-        """Return the publisher of a joint, UNPUBLISHED if no one sends its position to robot_state_publisher."""
+        """Return the publisher of a joint, or a publisher of kind UNPUBLISHED if its position is not measured."""
         unmeasured = Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
         return unmeasured if joint in self.unmeasured_joints else joint.publisher
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints of the URDF: joints of robot_state_publisher, and joints with several coordinates."""
+        """Return the joints in the URDF: those of robot_state_publisher, and those with several coordinates."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 
@@ -377,27 +374,25 @@ class Robot:
     def asks_for_humble(self) -> bool:
         return any(output.options.get("control") == "humble" for output in self.outputs)
 
-    # Poses of links.
-
     def position(self, joint: Joint, positions: Mapping[str, float | Sequence[float]]) -> Any:
-        """Return the position of a joint (rad or m, by default 0), computed from its leader if it mimics one."""
+        """Return the position of a joint (rad or m; default 0). A mimic joint gets its position from its leader."""
         leader, factor, offset = joint, 1.0, 0.0
         while leader.mimic is not None:
             offset += factor * leader.mimic.offset
             factor *= leader.mimic.multiplier
             leader = self.joint[leader.mimic.joint]
         position = positions.get(leader.name, 0.0)
-        if isinstance(position, Sequence):  # several coordinates: no joint can mimic them
+        if isinstance(position, Sequence):  # several coordinates, which a joint cannot mimic
             return position if leader is joint else offset
         return factor * position + offset
 
     def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
-        """Return the pose of a link in the root frame at joint positions (radians or metres; by default zero)."""
+        """Return the pose of a link in the root frame at joint positions (rad or m; default 0)."""
         steps = [joint.transform(self.position(joint, positions)) for joint in self.chain(link)]
         return reduce(Transform.then, steps, Transform())
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
-        """Return the poses of all links in the root frame; ``positions`` has one number (rad or m) per coordinate."""
+        """Return the pose of each link in the root frame, by name, at joint positions (rad or m; default 0)."""
         poses = {self.root: Transform()}
         for joint in self.joints_down():
             position = self.position(joint, positions) if joint.moves else positions.get(joint.name, 0.0)
@@ -409,8 +404,8 @@ class Robot:
     ) -> Transform:
         """Return the pose of the link ``target`` in the link ``source``, as tf2_echo SOURCE TARGET does.
 
-        ``pose`` is a named pose, which ``positions`` (radians or metres by joint) override. Joints in neither are at
-        zero, and mimic joints follow their leaders. Raises KeyError for unknown names.
+        ``pose`` is the name of a pose, and ``positions`` (rad or m, by joint name) override its values. Other joints
+        are at zero, and mimic joints follow their leaders. Raises KeyError for unknown names.
         """
         for name in (name for name in (source, target) if name not in self.link):
             edges = sorted(self.edges, key=lambda edge: edge.child != name)
@@ -424,22 +419,23 @@ class Robot:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Forward kinematics of many joint states at once. Raises ImportError if numpy is missing."""
+        """The forward kinematics for many joint states at once. Raises ImportError if numpy is missing."""
         from .kinematics import Kinematics
 
         return Kinematics(self)
 
     @property
     def drive_kinematics(self) -> DriveKinematics:
-        """The conversion between wheel speeds and base velocity. Raises ValueError if there is no drive."""
+        """The conversion between wheel speeds and the velocity of the base. Raises ValueError without a drive."""
         from .drive import drive_kinematics
 
         return drive_kinematics(self)
 
     def with_masses(self, more: Mapping[str, Sequence[Inertial]]) -> Robot:
-        """Return the robot with additional masses on links, by link name; for ``adds`` of plug-ins.
+        """Return a copy of the robot with masses added to links; for the function ``adds`` of plug-in sections.
 
-        Names of unknown links are ignored. Raises ValueError where a sum overflows.
+        ``more`` maps link names to inertials in the link frame; unknown names are ignored. Raises ValueError on
+        overflow.
         """
         links = []
         for link in self.links:

@@ -1,4 +1,4 @@
-"""Sections of descriptions, built-in or of plug-ins, and the values of plug-in sections."""
+"""Sections of descriptions, built-in or from plug-ins, and the values of plug-in sections."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Schema = Mapping[str, Any]
-Given = Schema | None  # None reads schema.json next to the module of the dataclass
+Given = Schema | None  # None: read schema.json from the folder of the dataclass
 Adds = Callable[["Robot", Any], "Robot"]
-Lower = Callable[[Mapping[str, Any], Any], Any]  # takes the tree and a function that reports problems
+Lower = Callable[[Mapping[str, Any], Any], Any]  # (YAML tree of the section, function that reports a problem) -> value
 
-# Packages with a folder for each built-in section; the tuple ``SECTIONS`` of a package lists the sections.
+# Packages with a folder for each built-in section. Each package lists its sections in the tuple ``SECTIONS``.
 PACKAGES = ("rosorin_compile.language.sections", "rosorin_compile.ros.sections", "rosorin_compile.mujoco.sections")
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"
@@ -35,20 +35,20 @@ ENTRIES, ITEMS, ONE = "entries", "items", "one"
 
 @dataclass(frozen=True, eq=False)
 class Section(Generic[T]):
-    """A section of descriptions: its schema, the dataclass of an entry, its rules and its conversion.
+    """A section of descriptions: its schema, the dataclass of its entries, its rules and its conversion.
 
-    A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None), with
-    ``adds``, ``checks`` and ``lower`` as keywords.
+    Plug-ins create it with ``by_name`` (a mapping of entries), ``listed`` (a list of entries) or ``single`` (an entry
+    or None). The keyword arguments are ``adds``, ``checks`` and ``lower``.
     """
 
     name: str
-    entry: type[Any] = object  # a dataclass with a field (in SI units) per key; a ``Pose`` is for ``xyz`` and ``rpy``
+    entry: type[Any] = object  # dataclass with a field (SI units) per key; a ``Pose`` is for keys ``xyz`` and ``rpy``
     schema: Schema = field(default_factory=dict)  # JSON Schema draft 7 with annotations (docs/extend.md)
-    form: str = ENTRIES
-    adds: Adds | None = None  # returns the robot with what the section adds, such as links
-    checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of their modules
-    lower: Lower | None = None  # custom conversion (tree, problem) -> value; problem(rule, message, path, help)
-    # Built-in only: return (and check) XML elements for a URDF output that has an option named after the section.
+    form: str = ENTRIES  # ENTRIES, ITEMS or ONE
+    adds: Adds | None = None  # returns a robot with additions, such as links, from the value of the section
+    checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of modules with such functions
+    lower: Lower | None = None  # lower(tree, problem) -> value; call problem(rule, message, path, help) for an error
+    # For built-in sections: return (and check) XML elements for URDF outputs with an option named after the section.
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
@@ -65,12 +65,12 @@ class Section(Generic[T]):
         return Section(name, entry, schema or _schema_of(entry), ONE, **more)
 
     def all_checks(self) -> tuple[Check, ...]:
-        """Return the functions in ``checks`` and in the modules that it names."""
+        """Return all check functions, including those in the modules that ``checks`` names."""
         named = (checks_of(import_module(one)) if isinstance(one, str) else (one,) for one in self.checks)
         return tuple(check for checks in named for check in checks)
 
     def check(self) -> None:
-        """Raise ValueError or TypeError if schema or entry type do not match ``form`` (entries, items or one)."""
+        """Raise ValueError or TypeError if the name, the dataclass or the schema of the section is invalid."""
         if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
@@ -87,12 +87,12 @@ def _schema_of(entry: type[Any]) -> Any:
 
 @cache
 def own_sections() -> tuple[Section[Any], ...]:
-    """Import and return the built-in sections, in the order in which they are converted."""
+    """Import the built-in sections and return them in the order in which they are converted."""
     return tuple(section for package in PACKAGES for section in import_module(package).SECTIONS)
 
 
 def sections_in_urdf(output: Output) -> list[Section[Any]]:
-    """Return the sections that add elements to a URDF, according to the options of its output."""
+    """Return the built-in sections that add XML elements to a URDF output, according to its options."""
     return [section for section in own_sections() if section.urdf is not None and output.options.get(section.name)]
 
 
@@ -101,8 +101,8 @@ class Sections:
     """The values of plug-in sections by name."""
 
     values: Mapping[str, Any] = field(default_factory=dict)
-    said: Mapping[str, Any] = field(default_factory=dict)  # sections as plain values in SI units, with schema defaults
-    # The robot before ``adds`` of its sections, or None if they add nothing.
+    said: Mapping[str, Any] = field(default_factory=dict)  # plain values in SI units, with schema defaults, by section
+    # The robot without the additions of its sections, or None if they add nothing.
     without: Robot | None = field(default=None, compare=False, repr=False)
 
     @overload
@@ -112,7 +112,7 @@ class Sections:
     def __getitem__(self, section: str) -> Any: ...
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
-        # If the robot lacks the section, a ``Section`` returns an empty value, but a name raises KeyError.
+        # If the robot lacks the section, return an empty value for a ``Section``, and raise KeyError for a name.
         empty: dict[str, Any] = {ENTRIES: {}, ITEMS: (), ONE: None}
         return self.values[section] if isinstance(section, str) else self.values.get(section.name, empty[section.form])
 

@@ -1,8 +1,8 @@
 """Servo groups: convert servo pulses to joint positions and back.
 
 position = (pulse - zero_pulse) * rad_per_pulse, negated if the group is flipped. The driver reads the same numbers from
-its model (``pulse_to_rad`` of robot_model.json). Positions are radians, or metres of a prismatic joint. A position
-between two pulses is rounded to the nearer one, or half-way to the pulse nearer to the zero pulse.
+its model (``pulse_to_rad`` of robot_model.json). Positions are in radians, or in metres for a prismatic joint. A
+position between two pulses is rounded to the nearer pulse; half-way, it is rounded towards the zero pulse.
 """
 
 import math
@@ -21,16 +21,16 @@ ROUNDING = 1e-6  # pulses: tolerance, so that a limit computed from a pulse incl
 
 
 class NoServo(UnknownName):
-    """A joint is unknown, or has no servo."""
+    """Raised if a joint is unknown or has no servo."""
 
 
 class NoPulse(ValueError):
-    """A pulse is out of range, or no pulse sets a position."""
+    """Raised if a pulse is out of range, or if no pulse results in a position."""
 
 
 @dataclass(frozen=True)
 class ServoGroup:
-    """Servos whose pulses map to joint positions: radians = sign * (pulse - zero_pulse) * rad_per_pulse."""
+    """Servos with the same conversion: (pulse - zero_pulse) * rad_per_pulse, negated if ``flipped``."""
 
     name: str
     joints: tuple[str, ...]
@@ -50,15 +50,15 @@ class ServoGroup:
 
 
 class Nearest(NamedTuple):
-    """The pulse nearest to a requested position, its position, and that minus the requested position."""
+    """The pulse nearest to a requested position."""
 
     pulse: int
-    position: float
-    off: float
+    position: float  # position of the pulse (rad or m)
+    off: float  # ``position`` minus the requested position (rad or m)
 
 
 def servo_of(robot: Robot, joint: str) -> ServoGroup:
-    """Return the servo group of a joint. Raises NoServo."""
+    """Return the servo group of a joint. Raises NoServo if the joint is unknown or has no servo."""
     for group in robot.servos:
         if joint in group.joints:
             return group
@@ -69,12 +69,12 @@ def servo_of(robot: Robot, joint: str) -> ServoGroup:
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
-    """Convert pulses to positions (rad or m), by joint name. Raises NoServo, NoPulse."""
+    """Convert pulses by joint name to positions (rad or m) by joint name. Raises NoServo or NoPulse."""
     return {joint: position_of(servo_of(robot, joint), pulse, joint) for joint, pulse in pulses.items()}
 
 
 def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
-    """Return the position (rad or m) of a pulse. Raises NoPulse if it is not an integer within the pulse range."""
+    """Return the position (rad or m) of a pulse. Raises NoPulse, which names ``joint``, if the pulse is invalid."""
     low, high = group.pulse_range
     if not isinstance(pulse, Integral) or not low <= pulse <= high:
         raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: pulses are whole numbers from {low} to {high}")
@@ -82,7 +82,7 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
 
 
 def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
-    """Return the pulse nearest to a position (rad or m). Raises NoPulse if it is outside the pulse range."""
+    """Return the pulse nearest to a position (rad or m). Raises NoPulse, which names ``joint``, if out of range."""
     (low, high), (first, last), exact = group.pulse_range, travel(group), group.exact_pulse(position)
     if not low - 0.5 <= exact <= high + 0.5:
         span = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
@@ -93,7 +93,7 @@ def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
 
 
 def travel(group: ServoGroup) -> tuple[float, float]:
-    """Return the smallest and the largest position (rad or m) within the pulse range."""
+    """Return the (smallest, largest) position (rad or m) within the pulse range."""
     least, most = sorted(map(group.radians, group.pulse_range))
     return least, most
 
@@ -104,7 +104,7 @@ def pulses_within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | N
     for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():
         if bound is None or not math.isfinite(exact := group.exact_pulse(bound)):
             continue
-        # The upper limit bounds the largest pulse if pulses increase with the position, else the smallest.
+        # The upper limit bounds the largest pulse if positions increase with pulses, else the smallest pulse.
         if is_upper is (group.flipped == (group.rad_per_pulse < 0)):
             high = min(high, math.floor(exact + ROUNDING))
         else:

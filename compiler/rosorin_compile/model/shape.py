@@ -61,17 +61,17 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh file by name; coordinates in the file times ``scale`` are metres."""
+    """A mesh file, referred to by name. Its coordinates multiplied by ``scale`` are in metres."""
 
     file: str
     scale: Vector = (1.0, 1.0, 1.0)
-    inertia: str = field(default="", compare=False)  # how MuJoCo computes it ("shell", ...); "" for default
-    mjcf: Values = field(default_factory=dict, compare=False)  # other MuJoCo attributes
+    inertia: str = field(default="", compare=False)  # MuJoCo's "inertia" of the mesh ("shell", ...), or "" for default
+    mjcf: Values = field(default_factory=dict, compare=False)  # other MuJoCo attributes of the mesh
 
 
-# The values of ``form``: how a height map is divided into boxes.
-ROWS = "rows"  # one box for each run of equal cells within a row of constant x
-MERGED = "merged"  # one box for each rectangle of equal cells, which gives fewer boxes
+# How to divide a height map into boxes: the values of the parameter ``form``.
+ROWS = "rows"  # one box for each run of cells with the same height in a row (constant x)
+MERGED = "merged"  # one box for each rectangle of cells with the same height, so fewer boxes
 GROUNDED = "grounded"  # like ROWS, but each box extends down to z = 0, even if its bottom is higher
 
 
@@ -80,8 +80,8 @@ class HeightMap:
     """A body as heights (m) above z = 0 on a grid of square cells; cells with height 0 are empty.
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. The tops of boxes are
-    rounded up to multiples of ``step``. ``bottom`` is the lower end of the body above z = 0: a number, or one for each
-    cell, rounded down to a multiple of ``step``. A cell whose bottom is not below its height is empty.
+    rounded up to multiples of ``step``. ``bottom`` is the lower end of the body (m): a number for all cells, or a grid
+    like ``heights``, rounded down to multiples of ``step``. A cell whose bottom is not below its height is empty.
     """
 
     origin: tuple[float, float]
@@ -102,7 +102,7 @@ class HeightMap:
         if form not in self._boxes:
             layers = [[self._layer(i, j, form) for j in range(len(row))] for i, row in enumerate(self.heights)]
             boxes = _rectangles(layers, grow=form == MERGED)
-            if form == MERGED:  # also try to merge along y first, and use the result if it has fewer boxes
+            if form == MERGED:  # merging along y first may result in fewer boxes
                 turned = _rectangles(list(zip(*layers, strict=True)), grow=True)
                 if len(turned) < len(boxes):
                     boxes = [(left, top, right, under, layer) for top, left, under, right, layer in turned]
@@ -119,7 +119,6 @@ class HeightMap:
         return {}
 
     def _layer(self, i: int, j: int, form: str) -> tuple[float, float] | None:
-        """Return the (lower, upper) end of the box in a cell (z in m), or None if the cell is empty."""
         height, low = self.heights[i][j], self.bottom_of(i, j)
         if height <= 0:
             return None
@@ -136,7 +135,7 @@ _Rectangle = tuple[int, int, int, int, _Layer]  # first row, first column, row a
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
-    """Return the runs of equal cells in each row; ``grow`` merges a run with equal runs in the next rows."""
+    """Merge equal cells of each row into rectangles; ``grow`` extends these over equal cells of the next rows."""
     free = {(i, j): value for i, row in enumerate(cells) for j, value in enumerate(row) if value is not None}
     made: list[_Rectangle] = []
     for i, left in list(free):
@@ -158,7 +157,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
 
 
 def plain(geometry: Geometry) -> Geometry:
-    """Replace geometries that URDF 1.0 lacks: a capsule by a cylinder, an ellipsoid by a box."""
+    """Replace a geometry that URDF 1.0 lacks: a capsule by a cylinder, an ellipsoid by a box."""
     if isinstance(geometry, Capsule):
         return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
     if isinstance(geometry, Ellipsoid):
@@ -172,7 +171,7 @@ Rgba = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Material:
-    """A surface material: its colour (red, green, blue, opacity; each 0 to 1), and the name of an image file."""
+    """A surface material: its colour (red, green, blue, opacity; each 0 to 1) and the name of a texture image."""
 
     name: str
     rgba: Rgba | None = None
@@ -182,21 +181,21 @@ class Material:
 
 @dataclass(frozen=True)
 class Shape:
-    """A geometry at a pose in its link's frame."""
+    """A geometry and its pose in the link frame."""
 
     geometry: Geometry
     pose: Pose = IDENTITY
     name: str = ""
-    rgba: Rgba | None = None  # for visuals only, like ``texture`` and ``material``
+    rgba: Rgba | None = None  # only for visuals, like ``texture`` and ``material``
     material: str = ""
     stand_in: str = field(default="", compare=False)
     texture: str = ""
-    urdf_elements: tuple[str, ...] = ()  # XML elements of this shape in the URDF
-    contact: Contact | None = None  # for simulation
-    mjcf: Values = field(default_factory=dict, hash=False)  # for simulation
+    urdf_elements: tuple[str, ...] = ()  # XML elements that are added to the shape in the URDF
+    contact: Contact | None = None  # only for simulations
+    mjcf: Values = field(default_factory=dict, hash=False)  # only for simulations
 
     def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
-        """Return the shape itself or, for a height map, its boxes (``HeightMap.boxes``), named NAME_1, NAME_2, ..."""
+        """Return the boxes of a height map as shapes NAME_1, NAME_2, ..., or the shape itself otherwise."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
         boxes = enumerate(self.geometry.boxes(form), 1)
@@ -210,11 +209,11 @@ class Shape:
 
     @cached_property  # cached, because links may share shapes
     def in_link(self) -> Shape:
-        """The same shape, but a box with a rotation by quarter turns is replaced by a box along the link's axes."""
+        """The same shape, but a box that is rotated by quarter turns becomes a box without a rotation."""
         return self.move(Transform())
 
     def drawn(self) -> tuple[Shape, ...]:
-        """Return shapes that can be drawn: a height map must begin at z = 0, so it is moved or becomes boxes."""
+        """Return the shapes to draw: a height map with a bottom above 0 is moved up or split into boxes."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)
@@ -231,7 +230,7 @@ class Shape:
         return self.pose
 
     def move(self, transform: Transform) -> Shape:
-        """Transform the shape to a parent frame; a box that is then along the axes is stored without a rotation."""
+        """Transform the shape to a parent frame; a box rotated by quarter turns becomes a box without a rotation."""
         placed = transform.then(self.pose.transform())
         is_quarter_turn = all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in placed.rows for c in row)
         if isinstance(self.geometry, Box) and is_quarter_turn:
@@ -245,8 +244,8 @@ class Shape:
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
     """Return the volume (m^3) of a solid and its moments of inertia about its centre for a mass of 1 kg (kg*m^2).
 
-    D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias"; a capsule is a cylinder and
-    two half spheres with their centres 3/8 of the radius from the flat sides. Raises ValueError for a mesh.
+    From D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias". A capsule is a cylinder
+    and two half spheres, whose centres are 3/8 of the radius from the flat sides. Raises ValueError for a mesh.
     """
     if isinstance(geometry, Box):
         x, y, z = geometry.size
@@ -263,7 +262,7 @@ def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
         volume = tube + ends
         along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
-        # A half sphere: 2/5 r^2 about the flat side, minus (3/8 r)^2, plus (l/2 + 3/8 r)^2 to the centre.
+        # Half sphere: 2/5 r^2 about its flat side, moved to the centre of the capsule by the parallel axis theorem.
         end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
         across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
         return volume, (across, across, along)

@@ -1,4 +1,4 @@
-"""Values that only simulations use, in SI units. Attributes that are not keys of a description have MuJoCo's names."""
+"""Values that only simulations use, in SI units. Attributes without a YAML key have their MuJoCo names."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -21,28 +21,28 @@ class Actuator:
     """An actuator of a joint, a tendon, a site or a body."""
 
     type: str = POSITION
-    name: str = ""  # "" for the actuator of a joint, which is named after the joint
-    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # names by attribute ("tendon", ...)
+    name: str = ""  # "" to use the name of the actuated joint
+    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # driven elements by attribute ("tendon", ...)
     kp: float | None = None  # N*m/rad or N/m
     kv: float = 0.0  # N*m*s/rad or N*s/m
     damping_ratio: float = 0.0
-    damping: float = 0.0  # at the joint
+    damping: float = 0.0  # damping that the actuator adds to the joint, N*m*s/rad or N*s/m
     gear: tuple[float, ...] = ()
-    range: tuple[float, float] | None = None  # range of the command, or None to derive it from the type and joint
+    range: tuple[float, float] | None = None  # range of the command, or None to derive it from ``type`` and the joint
     unlimited: bool = False
-    force: tuple[float, float] | None = None  # (smallest, largest) force or torque, N or N*m
+    force: tuple[float, float] | None = None  # (minimum, maximum) force or torque, N or N*m
     mjcf: Values = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact parameters of a shape: bit masks and values, by MuJoCo attribute."""
+    """Contact parameters of a shape, such as bit masks, by MuJoCo attribute."""
 
     values: Values = field(default_factory=dict, hash=False)
 
     @property
     def sliding_friction(self) -> float | None:
-        """The coefficient of sliding friction, the first of MuJoCo's three, or None if not set."""
+        """The sliding friction coefficient (the first value of MuJoCo's ``friction``), or None if not set."""
         friction = self.values.get("friction")
         first = friction[0] if isinstance(friction, tuple) and friction else friction
         return float(first) if isinstance(first, (int, float)) else None
@@ -50,7 +50,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Attachment:
-    """A site, a camera or a light (``tag``) at ``pose`` in its link."""
+    """A site, camera or light (``tag``) that is attached to a link at ``pose``."""
 
     tag: str
     name: str
@@ -60,7 +60,7 @@ class Attachment:
 
 @dataclass(frozen=True)
 class Root:
-    """The pose of the root link in the world, and the name and attributes of its free joint in an MJCF."""
+    """The root link in simulations: its pose in the world, and the name and attributes of its free joint."""
 
     pose: Pose = IDENTITY
     joint: str = ""
@@ -74,7 +74,7 @@ AT_ORIGIN = Root()
 
 @dataclass(frozen=True)
 class Entry:
-    """An element in a list of an MJCF, such as a constraint or sensor: its tag, name and attributes."""
+    """An element of an MJCF, such as a constraint or sensor: its tag, name and attributes."""
 
     tag: str
     name: str
@@ -83,7 +83,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Replicas:
-    """Copies of an element: their number, and the pose of each copy relative to the previous copy."""
+    """Copies of an MJCF element: their number, and the pose of each copy relative to the previous copy."""
 
     count: int
     step: Pose
@@ -91,26 +91,26 @@ class Replicas:
 
 @dataclass(frozen=True)
 class SensorElement:
-    """An MJCF element for a sensor."""
+    """An MJCF element that simulates a sensor."""
 
-    kind: str  # one of *_ELEMENT: in the list of sensors, in the body of ``link``, or a template file
-    element: str  # the file of a TEMPLATE_ELEMENT
+    kind: str  # SENSOR_ELEMENT (in <sensor>), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT (a file)
+    element: str  # the tag, or the file of a TEMPLATE_ELEMENT
     name: str
     link: str
-    pose: Pose | None = None  # in the link, or None for the frame of the link
+    pose: Pose | None = None  # pose in the link, or None for the link frame
     attributes: Mapping[str, Attribute] = field(default_factory=dict)
     replicas: Replicas | None = None
-    section: str = ""  # the MJCF section of a TEMPLATE_ELEMENT that is not in a body
+    section: str = ""  # MJCF section for a TEMPLATE_ELEMENT, or "" if it belongs in a body
 
     @property
     def site(self) -> str:
-        """The site at which the sensor measures: the site of its link, or a separate site if ``pose`` is set."""
+        """The name of the site where the sensor measures: the link's site, or a separate site if ``pose`` is set."""
         return self.link if self.pose is None else f"{self.name}_site"
 
 
 @dataclass(frozen=True)
 class SdfElement:
-    """An SDF element: a value, or attributes and child elements. Numbers are in SI units."""
+    """An SDF element with a value, or with attributes and child elements. Numbers are in SI units."""
 
     name: str
     value: float | str | bool | None = None
@@ -118,7 +118,7 @@ class SdfElement:
     elements: "tuple[SdfElement, ...]" = ()
 
     def words(self) -> Any:
-        """Return the element as plain values, as in a description: a value, or a mapping of attributes and children."""
+        """Convert the element to plain YAML values: a value, or a mapping of attributes and child elements."""
         if self.value is not None:
             return self.value
         attributes = {"attributes": dict(self.attributes)} if self.attributes else {}
@@ -127,21 +127,21 @@ class SdfElement:
 
 @dataclass(frozen=True)
 class GazeboSensor:
-    """A ``<sensor>`` of SDF, at ``pose`` in ``link``, with the axes of Gazebo (a camera looks along x, z is up)."""
+    """A ``<sensor>`` of SDF at ``pose`` in ``link``, with Gazebo's axes: a camera looks along x, z is up."""
 
     type: str
     name: str
     link: str  # the name of a link or, with ``at_joint``, of a joint
     pose: Pose = IDENTITY
-    stamp: str = ""  # the frame_id in the headers of its messages
+    stamp: str = ""  # frame_id in the headers of messages from the sensor
     elements: tuple[SdfElement, ...] = ()
     at_joint: bool = False
-    feels: str = ""  # the link whose shapes a contact sensor observes
+    feels: str = ""  # link whose shapes a contact sensor observes
     without: frozenset[str] = frozenset()  # tags of default elements that the description removes
 
-    # The element that sets the frame of its messages, by Gazebo version; in Gazebo classic a plug-in sets it.
+    # The SDF element that sets the frame_id of messages, by Gazebo version. In Gazebo classic, a plug-in sets it.
     FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
-    # The types with a different name in Gazebo classic (gazebo11:gazebo/sensors).
+    # Sensor types with a different name in Gazebo classic (gazebo11:gazebo/sensors).
     CLASSIC_NAMES: ClassVar = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
 
     def in_classic(self) -> "GazeboSensor":

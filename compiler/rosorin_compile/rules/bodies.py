@@ -16,17 +16,17 @@ from .shapes import diagonal, longest
 
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
 LIGHTEST = 1.0  # kg/m^3: air has 1.2, usable aerogels more than 3
-LIGHTEST_INERTIA = 0.05  # kg/m^3: the SDF default (1 kg, moments of 1 kg*m^2) gives 0.06
-FOAM = 25.0  # kg/m^3: a density in g/cm^3 is below this; cork has 240, foam 20 to 200
-ROUGHLY = 1.5  # factor that allows for rounded sizes and for boxes that omit a flange
-ROUGH_INERTIA = 2.0  # as ROUGHLY, for moments with one digit; their error counts to the third power
-LESS_THAN_SEEN = 10.0  # factor: a collision shape may be smaller than the link, such as a sphere under a foot
-NO_SHAPE = 0.005  # m: a collision shape as small as this in a link with meshes is a placeholder
-NO_MASS = 0.001  # kg: a common placeholder for engines that need a mass
-BEYOND = 2.0  # factor for rough shapes: a radius of gyration is at most the distance to the farthest point
-OUTSIDE = 0.7  # fraction of the diagonal of the shapes: even a counterweight without a shape is nearer
-FLATTEST = 0.01  # ratio: for a flatter body, the inertia may have been printed with too few digits
-ROUNDING = 1e-9  # relative to the largest moment: rounding of the description and of eigenvalues
+LIGHTEST_INERTIA = 0.05  # kg/m^3: SDF's default inertia (1 kg*m^2 for 1 kg) implies 0.06
+FOAM = 25.0  # kg/m^3: lower densities are probably in g/cm^3, because foam has 20 to 200 kg/m^3 and cork 240
+ROUGHLY = 1.5  # factor that allows for rounded sizes and for shapes that omit small parts such as a flange
+ROUGH_INERTIA = 2.0  # factor that allows for moments with one digit, whose error is amplified in the implied density
+LESS_THAN_SEEN = 10.0  # factor, because collision shapes may be smaller than the link, such as a sphere under a foot
+NO_SHAPE = 0.005  # m: in a link with meshes, primitive shapes up to this size are placeholders
+NO_MASS = 0.001  # kg: masses up to this are often placeholders for engines that require a mass
+BEYOND = 2.0  # factor for rough shapes; a radius of gyration is at most the distance to the farthest point of a body
+OUTSIDE = 0.7  # fraction of the diagonal of the shapes: even counterweights without a shape are closer
+FLATTEST = 0.01  # ratio of squared semi-axes: the inertia of flatter bodies may have been printed with too few digits
+ROUNDING = 1e-9  # relative to the largest moment: rounding error of the description and of the eigenvalues
 # If a larger share of the moving links lacks mass or collision shapes, the omission is intended.
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
@@ -58,7 +58,7 @@ def physical(case: Case) -> Iterator[Diagnostic]:
 @rule("inertia-implausible", "A warning: no body has this inertia.", "Calculate it.", NUMBERS, "link", "always")
 @rule("centre-outside", "A warning: a centre of mass is far off its link.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
-    """Compare masses with the volume of the shapes, inertias with both, and centres of mass with the shapes."""
+    """Report implausible masses, inertias and centres of mass, compared with the shapes of the link."""
     for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
         path = case.link(link.name, "inertial")
         density = value_at(case.tree, (*path, "density")) if inertial.mass > 0 else None
@@ -69,7 +69,7 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
         if inertial.mass > NO_MASS:
             visual, collision = bounds_of(link.visual), bounds_of(link.collision)
             bounds = visual.join(collision) if visual and collision else visual or collision
-            # Without the sizes of meshes, the bounding box covers only a part of the link.
+            # The sizes of meshes are not available, so the bounding box may cover only a part of the link.
             has_all = bounds and (not visual) == (not link.visual) and (not collision) == (not link.collision)
             whole = bounds if has_all else None
             found = list(_mass(case, link, inertial.mass, bounds, whole is not None)) if bounds else []
@@ -97,7 +97,7 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
 
 def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) -> Iterator[Diagnostic]:
     low, middle, high = inertial.principal_moments
-    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # other rules report these
+    if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # another rule reports these
         return
     path = case.link(link.name, "inertial")
     place: Path = (*path, "inertia", max(("ixx", "iyy", "izz"), key=lambda key: float(getattr(inertial, key))))
@@ -133,7 +133,6 @@ def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> It
 
 
 def _shape(case: Case, link: Link) -> Path:
-    """Return the path to the size of a link's first shape that is not a mesh."""
     shapes = sorted(case.shapes(link), key=lambda one: one[1][-2] == "visual")
     return next(((*path, *longest(one)[0]) for _, path, one in shapes if not isinstance(one.geometry, Mesh)), ())
 
@@ -141,7 +140,7 @@ def _shape(case: Case, link: Link) -> Path:
 @rule("inertial-missing", "A warning: a moving link has no mass, unlike most.", "Add `inertial` to the link.", JOINTS)
 @rule("collision-missing", "A note: a moving link collides with nothing, unlike most.", "Add `collision`.", JOINTS)
 def links_without_mass(case: Case) -> Iterator[Diagnostic]:
-    """Find groups of fixed links without mass or collision in a robot where others have it."""
+    """Report moving links without mass or collision shapes, if most moving links have them."""
     robot = case.robot
     joints = [joint for joint in robot.joints if joint.parent in robot.link and joint.child in robot.link]
     fixed = [(joint.parent, joint.child) for joint in joints if joint.is_fixed]
@@ -166,7 +165,7 @@ def links_without_mass(case: Case) -> Iterator[Diagnostic]:
 
 @rule("root-inertial", help="Add a root link without mass, with a fixed joint to this link.", topic=JOINTS)
 def root_inertial(case: Case) -> Iterator[Diagnostic]:
-    """A note: the root link of the URDF has a mass, which kdl_parser drops with a warning.
+    """A note: the root link of the URDF has a mass, which kdl_parser ignores with a warning.
 
     ros/kdl_parser@humble:src/kdl_parser.cpp: "The root link ... has an inertia specified in the URDF, but KDL does not
     support a root link with an inertia."

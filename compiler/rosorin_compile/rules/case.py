@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot, the YAML tree that it was built from, and the paths of joints, links, etc. in the tree by kind and name.
+    """The input of the rules: a robot, the YAML tree that it was built from, and helpers to report problems.
 
-    ``remarkable`` are the suspicious values of the tree (see ``magnitudes.collect``), ``formats`` the output formats by
-    name, ``scope`` the variables that expressions can use, or None if unknown. ``wanted`` are the names of the
-    requested outputs; if it is empty, all are requested.
+    ``places`` maps (kind, name), such as ("joint", "elbow"), to paths in the tree. ``remarkable`` has the suspicious
+    values of the tree (see ``magnitudes.collect``), ``formats`` the output formats by name, ``scope`` the variables of
+    expressions (None if unknown), and ``wanted`` the names of the requested outputs (empty for all).
     """
 
     robot: Robot
@@ -42,16 +42,16 @@ class Case:
     wanted: Collection[str] = ()
 
     def outputs_read_by(self, publisher: str) -> list[Output]:
-        """Return the outputs that a kind of publisher, such as robot_state_publisher, reads."""
+        """Return the outputs that a kind of publisher, such as "robot_state_publisher", reads."""
         return outputs_read_by(self.robot, publisher, self.formats)
 
     @cached_property
     def symbols(self) -> SymbolTable:
-        """The names that the description defines and refers to."""
+        """The symbol table of the names that the description defines and refers to."""
         return SymbolTable(self.tree)
 
     def mentions(self, *kinds: str) -> Iterator[Symbol]:
-        """Yield all references to names of these kinds ("link", ...), except names that are local to a section."""
+        """Yield the references to names of these kinds ("link", ...), except to names defined within ``moveit``."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
         for reference in self.symbols.references(kinds):
             if reference.name not in own.get(str(reference.path[0]), {}).get(reference.kind, ()):
@@ -63,22 +63,22 @@ class Case:
         return entries
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
-        """Return the path of a joint or, with ``rest``, of a value in it; a sensor's joint has the sensor's path."""
+        """Return the path of a joint, extended by ``rest``. The joint of a sensor has the path of the sensor."""
         return (*(self.places.get(("joint", joint.name)) or ("joints", joint.name)), *rest)
 
     def link(self, name: str, *rest: str | int) -> Path:
-        """Return the path of a link or, with ``rest``, of a value in the link."""
+        """Return the path of a link, extended by ``rest``."""
         return (*(self.places.get(("link", name)) or ("links", name)), *rest)
 
     def shapes(self, *links: Link) -> Iterator[tuple[Link, Path, Shape]]:
-        """Yield (link, path, shape) for each visual and collision shape of these links, by default of all links."""
+        """Yield (link, path, shape) for each visual and collision shape of ``links``, by default of all links."""
         for link in links or self.robot.links:
             for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
                 for index, shape in enumerate(shapes):
                     yield link, self.link(link.name, purpose, index), shape
 
     def end(self, joint: Joint, which: str) -> Path:
-        """Return the path of the name of a joint's "parent" or "child" link."""
+        """Return the path of the "parent" or "child" (``which``) of a joint."""
         path = self.joint(joint)
         if path[0] != "sensors":
             return (*path, which)
@@ -87,9 +87,9 @@ class Case:
         return (*path, "parent" if which == "parent" else "frame")
 
     def edge(self, index: int, key: str) -> Path:
-        """Return the path of a key of an edge: ``parent``, ``child``, ``publisher`` or ``when``.
+        """Return the path of a key ("parent", "child", "publisher" or "when") of ``robot.edges[index]``.
 
-        An edge that comes from a joint's list of publishers has the path of that list entry, or of its ``when``.
+        A transform from a joint's list of publishers has the path of ``by`` or ``when`` in the entry of that list.
         """
         turn = self.places.get(("edge", str(index)))
         if turn is None:
@@ -103,7 +103,7 @@ class Case:
         return (*mount, "publisher") if exists(self.tree, (*mount, "publisher")) else path
 
     def value(self, path: Path, *keys: str | int) -> Path:
-        """Return the path of a value in the entry at ``path``, or ``path`` itself if the entry lacks the value."""
+        """Return ``path`` extended by ``keys``, or ``path`` itself if the tree has no value there."""
         return (*path, *keys) if exists(self.tree, (*path, *keys)) else path
 
     def problem(
@@ -118,11 +118,11 @@ class Case:
         key: bool = False,
         within: bool = False,
     ) -> Diagnostic:
-        """Return a diagnostic at the value with this path, or at the nearest enclosing entry if there is no such value.
+        """Return a diagnostic at the value with this path, or at the nearest enclosing entry if the value is missing.
 
-        ``key`` reports it at the key instead of the value, ``within`` at the key or definition of a mapping. A value
-        from ``let`` or from an argument of a part is reported where it is defined, with its uses as related places.
-        The default severity and help are those of the rule.
+        ``key`` reports at the key instead of the value, ``within`` at the key or definition of a mapping. A value from
+        ``let`` or from an argument of a part is reported where it is defined; its uses become related places. Severity
+        and help default to those of the rule.
         """
         known = find_declared(rule)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
@@ -132,13 +132,13 @@ class Case:
         return replace(made, of=names_at(self.tree, path))
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
-        """Return a related place: the value at ``path``, or its key for a mapping or with ``key``."""
+        """Return a related place at a value, or at its key if ``key`` is set or the value is a mapping."""
         return Related(message, self._place(path, key or isinstance(value_at(self.tree, path), Map)))
 
     def unknown(self, rule: str, message: str, uses: Sequence[Symbol], help: Help) -> Iterator[Diagnostic]:
-        """Yield a problem at the first reference to an unknown name, with the other references as related places.
+        """Yield a problem at the first reference to an unknown name; other references become related places.
 
-        If a part is used several times, references in its file share one position, and each is reported.
+        A reference in a part that is used several times is reported for each use.
         """
         spans = [self._place(use.path, use.key) for use in uses]
         others = {span: use.what for use, span in zip(uses, spans, strict=True) if span != spans[0]}
@@ -153,11 +153,11 @@ class Case:
 
     @property
     def suggest(self) -> Callable[..., Suggestion]:
-        """The function that suggests a fix for an unknown name in this description (see ``suggest_name``)."""
+        """The function ``suggest_name`` for this description; it suggests a fix for an unknown name."""
         return partial(suggest_name, self.tree)
 
     def stands_in(self, path: Path) -> str:
-        """Return " (a stand-in)" if the nearest ``source`` marks the value as a stand-in, else an empty string."""
+        """Return " (a stand-in)" for messages if the nearest ``source`` marks the value as a stand-in, else ""."""
         nodes = [value_at(self.tree, path[:depth]) for depth in range(follow(self.tree, path) + 1)]
         sources = [node.get("source") for node in nodes if isinstance(node, Map)]
         status = [source.get("status") for source in sources if isinstance(source, Map)]
@@ -165,15 +165,15 @@ class Case:
 
 
 def outputs_read_by(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
-    """Return the outputs that a kind of publisher, such as robot_state_publisher, reads."""
+    """Return the outputs that a kind of publisher, such as "robot_state_publisher", reads."""
     known = [(output, formats[output.backend]) for output in robot.outputs if output.backend in formats]
     return [output for output, format in known if publisher in format.feeds and not format.is_withheld(output)]
 
 
 def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Output | None:
-    """Return the first output that a kind of publisher reads, judged by its format or its file name extension.
+    """Return the first output that a kind of publisher can read, or None if there is no such output.
 
-    The extension matters because a user's template may write a URDF for robot_state_publisher.
+    Outputs are recognised by format or file extension, because a user's template can also generate a URDF.
     """
     others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
     readable = [one for one in formats.values() if one.load is not None and publisher in one.feeds] if others else []
@@ -195,6 +195,6 @@ def report(
     related: Iterable[Related] = (),
     severity: str = "",
 ) -> Diagnostic:
-    """Return a diagnostic that has no path in a description. The default severity and help are those of the rule."""
+    """Return a diagnostic without a path in the description. Severity and help default to those of the rule."""
     known = find_declared(rule)
     return diagnostic(rule, severity or known.severity, message, span, help or known.hint, related)

@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 
 # Modules with checks of the entire robot. Each ``Section`` lists the checks of its section.
 _MODULES = ("frames", "magnitudes", "names")
-# Rules that compare two numbers, such as sizes or limits: an error in one number can cause their warnings.
+# Rules that compare two numbers: their warnings are dropped if one of the numbers has an error.
 _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
     *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
 )
-# Rules whose diagnostics may follow from an unknown name, mapped to the rules that report the name.
+# Rules that are not reported after an error of one of the mapped rules, which may be the cause.
 _FOLLOWING = {
     "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
     "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
@@ -61,7 +61,7 @@ def checks() -> tuple[Check, ...]:
 
 @cache
 def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic, ...]]:
-    """Return (checks of plug-ins that belong to no section, diagnostics about invalid plug-ins)."""
+    """Return checks of plug-ins that belong to no section, each with its plug-in, and errors about plug-ins."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
     return loaded, diagnostics
@@ -69,7 +69,7 @@ def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic,
 
 @cache
 def acceptable() -> Mapping[str, Rule]:
-    """Return the rules by id that ``accept`` can suppress. Breaking any other rule makes the artifacts incorrect."""
+    """Return the rules, by id, that ``accept`` can suppress. Breaking any other rule makes artifacts incorrect."""
     of_sections = [check for _, section in plugged_sections().sections for check in section.all_checks()]
     all_checks = (*checks(), *of_sections, *(check for _, check in plugin_checks()[0]))
     rules = (find_declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
@@ -86,8 +86,7 @@ def check(
 ) -> list[Diagnostic]:
     """Check a robot against all rules and return the diagnostics.
 
-    ``places`` has the paths of joints and links in the tree by kind and name (see ``lower``). ``Case`` explains
-    ``formats``, ``scope`` and ``wanted``.
+    ``places`` maps (kind, name) to paths in the tree. For ``formats``, ``scope`` and ``wanted`` see ``Case``.
     """
     case = Case(robot, tree, places, collect(tree), formats, scope, wanted)
     found: list[Diagnostic] = []
@@ -104,7 +103,6 @@ def check(
 
 
 def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
-    """Yield the diagnostics of a plug-in's check; if the check raises, yield an error about the plug-in and stop."""
     ids = [rule.id for rule in check.rules]
     try:
         with divert_stdout():
@@ -119,7 +117,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
 
 
 def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge diagnostics of the same rule about the same value; suppressed (accepted) diagnostics stay separate."""
+    """Merge diagnostics about the same value of a part that is used several times, except accepted diagnostics."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = [related for related in diagnostic.related if related.message == USED]
@@ -134,7 +132,7 @@ def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic
 
 
 def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Drop warnings and notes about numbers that also have an error, unless ``accept`` suppresses that error."""
+    """Drop warnings and notes about numbers that also have an error, unless the error is accepted."""
     causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
     causes = [one for one in causes if not is_accepted(tree, one, acceptable())]
     refused = {one.span for one in causes if one.severity == ERROR}
@@ -144,7 +142,7 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
         if one.severity == ERROR or one.span is None:
             return False
         is_compared = one.rule in _COMPARING and not places.isdisjoint((one.span, *(two.span for two in one.related)))
-        # Collisions depend on every number of the robot, so any wrong number can make the committed pairs stale.
+        # Collisions depend on all numbers of the robot, so a wrong number can invalidate the recorded collision pairs.
         return is_compared or one.span in refused or (one.rule == "collisions-stale" and bool(refused))
 
     return [one for one in diagnostics if not follows(one)]
@@ -153,7 +151,7 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
 def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
     """Drop the diagnostics that ``accept`` suppresses, and add a warning for each unused entry of ``accept``.
 
-    ``asked`` names the optional check that this run performs (``Rule.asked``).
+    ``asked`` is the name of the optional check that this run performs (see ``Rule.asked``).
     """
     left = without_accepted(case.tree, found, acceptable())
     return [*left.diagnostics, *unused_entries(case.tree, left.used, acceptable(), (asked,))]
@@ -162,8 +160,8 @@ def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> li
 def merge_misspelt(diagnostics: list[Diagnostic], tree: Map) -> list[Diagnostic]:
     """Merge all diagnostics caused by one misspelt name.
 
-    An unknown name is reported once, where it is spelt. If the definition is misspelt, all references are unknown, so
-    the diagnostic also shows a similar name that is defined but never used.
+    An unknown name is reported once, where it is spelt. If no reference is spelt like the definition, the definition
+    may be misspelt, so the diagnostic also shows it.
     """
     wrong = {one.rule for one in diagnostics if one.severity == ERROR}
     diagnostics = [one for one in diagnostics if wrong.isdisjoint(_FOLLOWING.get(one.rule, ()))]
@@ -184,7 +182,7 @@ def merge_misspelt(diagnostics: list[Diagnostic], tree: Map) -> list[Diagnostic]
                 note = Related(f'"{found.meant}" {UNNAMED}', home)
                 moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))
     homes = {note.span for one in moved for note in one.related if note.message.endswith(UNNAMED)}
-    # Drop the warning about swapped letters in such an unused definition: it is the same problem.
+    # Drop warnings about swapped letters in these unused definitions, because they are the same problem.
     return merge_by_name(one for one in moved if one.severity == ERROR or one.span not in homes)
 
 
@@ -193,7 +191,6 @@ def _home(place: Place, found: Offer) -> Span:
 
 
 def _collect_uses(node: Any, via: Any, path: TreePath, uses: dict[str, list[tuple[TreePath, Place]]]) -> None:
-    """Append to ``uses`` the path and place of each string and key that equals one of its names."""
     via = nearer(via, node.via)
     for key, value in node.items() if isinstance(node, Map) else enumerate(node):
         if key in uses:

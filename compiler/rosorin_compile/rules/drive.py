@@ -15,11 +15,11 @@ from .case import Case, number
 from .joints import lies_across
 from .shapes import holds
 
-PARALLEL = math.cos(math.radians(30))  # cosine: an axis within 30 degrees of a direction counts as parallel to it
-RADIUS_APART = 0.05  # relative to the specified radius: a larger deviation is a mistake, such as a diameter
-UNEVEN = 0.001  # m: wheels whose heights differ by more are not on one floor
-LEAST = 1e-4  # m: the smallest distance between wheels in different positions
-# Pairs of wheels whose names imply that the first wheel is farther along x (or y).
+PARALLEL = math.cos(math.radians(30))  # an axis within 30 degrees of a direction counts as parallel to it
+RADIUS_APART = 0.05  # relative to the specified radius: larger deviations are a mistake, such as a diameter
+UNEVEN = 0.001  # m: wheels with larger height differences are not on one floor
+LEAST = 1e-4  # m: wheels that are closer than this along an axis have the same position on it
+# Pairs of roles whose names imply that the first wheel is farther along x (or y) than the second wheel.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
 _PAIRS = {
     MECANUM: (
@@ -31,7 +31,6 @@ _PAIRS = {
 
 
 def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]:
-    """Yield the role, the joint and the path of its name for each joint of the drive."""
     for role, names in drive.joints.items() if drive else ():
         kind = drive.kind if drive else ""
         is_single = kind == MECANUM or (kind == TRICYCLE and role == "steering")
@@ -42,7 +41,7 @@ def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]
 
 @rule("drive-joint", help="Name the joint of a wheel: a continuous joint without `mimic`.", topic=JOINTS)
 def joints(case: Case) -> Iterator[Diagnostic]:
-    """A joint of the drive does not rotate, mimics another or is named twice; a warning if a wheel has limits."""
+    """A joint of the drive does not rotate, mimics another joint or is repeated; a warning if a wheel has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
         what = severity = ""
@@ -61,7 +60,6 @@ def joints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _sound(case: Case) -> Drive | None:
-    """Return the drive, or None if one of its joints is missing or does not rotate, or if the robot is not a tree."""
     drive, robot = case.robot.drive, case.robot
     if drive is None or not (robot.is_tree and robot.mimics_resolve and (drive.frame or robot.root) in robot.link):
         return None
@@ -100,7 +98,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 
 @rule("drive-places", help="Correct the joint names in `drive`, or the poses of the joints.", topic=JOINTS)
 def places(case: Case) -> Iterator[Diagnostic]:
-    """Wheels are on another side than their names say, or cannot move the base; a warning if not on one floor."""
+    """A wheel is on the wrong side, or the wheels cannot move the base; a warning if they are not on one floor."""
     drive = _sound(case)
     if drive is None:
         return
@@ -141,7 +139,7 @@ def places(case: Case) -> Iterator[Diagnostic]:
 
 @rule("drive-radius", help="Write `radius` in `drive`, or add a collision cylinder to the wheel.", topic=JOINTS)
 def radii(case: Case) -> Iterator[Diagnostic]:
-    """The radius of a wheel is unknown or not positive; a warning if `radius` is not the radius of its shapes."""
+    """The radius of a wheel is unknown or not positive; a warning if `radius` differs from the shapes of a wheel."""
     drive = _sound(case)
     radius, place = drive.radius if drive else None, ("drive", "radius")
     if radius is not None and radius <= 0:
@@ -162,7 +160,7 @@ def radii(case: Case) -> Iterator[Diagnostic]:
 
 @rule("wheel-in-body", help="Correct `xyz`, or disable the contact.", topic=JOINTS, accept="joint", imported="always")
 def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a wheel of the drive is inside a shape of the body that carries it. Meshes are not examined."""
+    """A warning: a wheel of the drive is inside a shape of the body that carries it. Meshes are not checked."""
     drive, robot = _sound(case), case.robot
     if drive is None or robot.source.status == "imported":
         return

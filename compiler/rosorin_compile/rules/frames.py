@@ -1,4 +1,4 @@
-"""Rules about frames: the conventions of REP 103 and REP 105, and sensors whose view the robot itself blocks."""
+"""Rules about frames: the conventions of REP 103 and REP 105, and sensors whose view the robot blocks."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,11 +17,11 @@ from .case import Case
 from .joints import WORLD_FRAMES
 from .magnitudes import FULL_TURN
 
-# REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
+# REP 103, "Suffix Frames": z forward, x right, y down, relative to a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
 SUFFIXES = ("_optical", "_optical_frame", "_optical_link")
 TOLERANCE = 1e-3  # rad
-CALIBRATION = 0.2  # rad; image frames of one device differ by the manufacturer's calibration
+CALIBRATION = 0.2  # rad; optical frames of one device may differ by the factory calibration
 
 
 @rule("owns-world-frame", help="Make `base_link` the robot's root.", topic=FRAMES, accept="link", imported="always")
@@ -35,13 +35,13 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
             who = "odometry or localisation (REP 105)"
             message = f'"{frame}" is a frame of the robot, but its transform comes from {who}'
             problem = case.problem("owns-world-frame", message, at, key=frame in robot.link and at[0] == "links")
-            # ``accept`` can suppress this only for the name of a link.
+            # Users can suppress this with ``accept`` only for a link.
             yield problem if frame in robot.link else replace(problem, of=())
 
 
 @rule("optical-frame", help="Write `rpy: [-90 deg, 0, -90 deg]`.", topic=FRAMES, accept="link", imported="always")
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
-    """The rotation of an image frame is not that of REP 103: z out of the lens, x right, y down."""
+    """The rotation of an optical frame is not that of REP 103: z forward out of the lens, x right, y down."""
     declared = {sensor.optical_frame for sensor in case.robot.sensors if sensor.optical_frame}
     steps = [(one.parent, one.child, one.origin, case.joint(one)) for one in case.robot.joints]
     for index, edge in enumerate(case.robot.edges):
@@ -64,7 +64,7 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
 
 @rule("optical-mount", help="Remove `rpy`: the frame of a camera has x forward, y left, z up.", topic=FRAMES)
 def optical_mounts(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a camera with an optical frame is itself mounted with the rotation of an optical frame."""
+    """A warning: a camera with a separate optical frame is mounted with the rotation of an optical frame."""
     for sensor in case.robot.sensors:
         mount = case.robot.joint_to.get(sensor.frame) if sensor.optical_frame not in ("", sensor.frame) else None
         if mount is not None and mount.origin.transform().angle_to(OPTICAL) <= TOLERANCE:
@@ -74,19 +74,19 @@ def optical_mounts(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("optical-mount", message, place, key=place[-1] != "rpy")
 
 
-AT_ONCE = 0.05  # m; a shape this close blocks the sensor, because no sensor hood is deeper
-NEARLY_ALL = 0.9  # fraction of the rays that must be blocked; a few may pass an edge of the shape
-ON_A_FACE = 1e-4  # m; tolerance for rounded poses: a sensor on the face of a shape is not inside it
-# Numbers of rays per layer, of layers, and of rays along each side of an image; larger ones give the same result.
+AT_ONCE = 0.05  # m; only shapes within this distance count, because sensor hoods are not deeper
+NEARLY_ALL = 0.9  # minimum fraction of blocked rays; a few rays may pass an edge of the shape
+ON_A_FACE = 1e-4  # m; tolerance for rounded poses: a sensor on the face of a shape is outside it
+# Rays per lidar layer, lidar layers, and rays along each side of an image; more rays give the same result.
 RAYS, LAYERS, ALONG = 72, 9, 5
 
 
 @rule("sensor-sees-itself", help="Move the sensor.", topic=NUMBERS, accept="link or joint", imported="always")
 def sight(case: Case) -> Iterator[Diagnostic]:
-    """A warning: the robot itself, close to the sensor, blocks nearly all rays of a lidar or nearly all of an image.
+    """A warning: a shape of the robot close to the sensor blocks nearly all rays of a lidar or nearly all of an image.
 
-    The sensor is inside or close to a shape of another link that is fixed relative to it. Its housing, which is its own
-    link and links that carry nothing else, does not count; meshes are not examined.
+    The sensor is inside or close to a shape of another link that is fixed relative to it. Meshes are not checked, nor
+    is the housing: the link of the sensor and links that carry nothing else.
     """
     robot = case.robot
     for sensor in robot.sensors if robot.is_tree else ():
@@ -113,7 +113,6 @@ def sight(case: Case) -> Iterator[Diagnostic]:
 
 
 def _housing(robot: Robot, frame: str) -> set[str]:
-    """Return the links of a sensor's housing: its frame, all links below, and links that carry only the sensor."""
     found = {frame, *(robot.subtree(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
@@ -129,7 +128,6 @@ def _housing(robot: Robot, frame: str) -> set[str]:
 def _ends(
     view: Data, places: Mapping[str, Transform], shapes: Iterable[tuple[Link, Path, Shape]]
 ) -> Iterator[tuple[float, Path] | None]:
-    """Yield (distance in m, path of the shape that is hit) for each ray of a view, or None for a ray without a hit."""
     eye, near = places[view["frame"]].then(Pose(tuple(view["xyz"]), tuple(view["rpy"])).transform()), []
     for link, path, shape in shapes:
         for solid in shape.solids(MERGED):
@@ -147,7 +145,6 @@ def _ends(
 
 
 def _directions(view: Data) -> list[Vector]:
-    """Return a unit vector for each ray, in the frame of the view: a fan is around z, an image looks along z."""
     if view["kind"] == "frustum":
         wide, tall = math.tan(view["hfov"] / 2), math.tan(view["vfov"] / 2)
         steps = [2 * index / (ALONG - 1) - 1 for index in range(ALONG)]

@@ -1,4 +1,4 @@
-"""Rules about joints: the tree that they form, axes, limits, and keys without effect or in contradiction."""
+"""Rules about joints: the kinematic tree, axes, limits, and keys that have no effect or contradict each other."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,12 +17,12 @@ from rosorin_compile.source.wording import first_of, phrase, quote
 
 from .case import Case, number
 
-AXIS_TOLERANCE = 1e-3  # an axis that is printed with five digits has a length of 1 within about 1e-5
+AXIS_TOLERANCE = 1e-3  # axes that are printed with five digits have a length of 1 within about 1e-5
 ZERO_AXIS = 1e-9
 DEFAULT_AXIS = (1.0, 0.0, 0.0)
-ALONG = 0.9  # cosine: an axle within 25 degrees of a joint axis counts as parallel
+ALONG = 0.9  # cosine: an axle within 25 degrees of a joint axis counts as parallel to it
 SHOWN = 8
-ROUNDING = 1e-6  # relative difference up to which two numbers in an imported file count as equal
+ROUNDING = 1e-6  # relative difference up to which numbers in an imported file count as equal
 _SEVERAL = ("axis", "limit", "actuator", "calibration", "safety_controller")
 _WITHOUT_EFFECT = {"fixed": (*_SEVERAL, "dynamics"), "floating": _SEVERAL, "ball": _SEVERAL, "planar": ("actuator",)}
 # World frames (REP 105): localisation publishes them, and a description must not define them.
@@ -35,12 +35,12 @@ _OWN_FRAME = 'write "frame: NAME" with a new name, or remove "parent" if the sen
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
-    """Return the connected components of a graph whose edges are pairs of names, in the order of the pairs."""
+    """Return the connected components of a graph as sets of names; ``pairs`` are its edges."""
     piece_of: dict[str, set[str]] = {}
     for parent, child in pairs:
         first, second = piece_of.setdefault(parent, {parent}), piece_of.setdefault(child, {child})
         if first is not second:
-            if len(first) < len(second):  # merge the smaller set into the larger one, to avoid quadratic time
+            if len(first) < len(second):  # merge the smaller set into the larger set, which avoids quadratic time
                 first, second = second, first
             first |= second
             piece_of.update(dict.fromkeys(second, first))
@@ -48,7 +48,7 @@ def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
 
 
 def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
-    """Yield the names of each cycle in a mapping from names to the names above them."""
+    """Yield each cycle of a graph as a list of names; ``above`` maps names to parent names."""
     done: set[str] = set()
     for start in above:
         chain, here = list[str](), start
@@ -64,12 +64,12 @@ def circles(above: Mapping[str, str]) -> Iterator[list[str]]:
 @rule("unknown-link", "There is no link or frame of a name.", "Correct the name, or add the link.", JOINTS)
 @rule("unknown-joint", "There is no joint of a name.", "Correct the name, or add the joint.", JOINTS)
 def known_names(case: Case) -> Iterator[Diagnostic]:
-    """Report unknown names of links and joints, except leaders of mimic joints, which another rule checks."""
+    """Report unknown names of links and joints, except in ``mimic``, which another rule checks."""
     robot = case.robot
     if not robot.links:
         yield case.problem("no-links", f'the robot "{robot.name}" has no links', ("robot",))
     for kind, option, real in (("link", "rename", robot.link), ("joint", "joints", robot.joint)):
-        # Report names in the robot first, then those in planning, then those in options of outputs.
+        # Report names in the robot first, then names in the section ``moveit``, then names in options of outputs.
         uses = sorted((one for one in case.mentions(kind) if not one.among), key=lambda one: one.path[0] == "moveit")
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):
@@ -95,7 +95,7 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
 def one_parent(case: Case) -> Iterator[Diagnostic]:
     """A link is the child of two joints."""
     for child, joints in _children(case.robot).items() if not case.robot.is_tree else ():
-        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # other rules report unknown links
+        if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # another rule reports unknown links
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
@@ -107,10 +107,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
 
 
 def _orphans(case: Case) -> list[str]:
-    """Return the links that lack a parent because a joint names the wrong child, which now has two parents.
-
-    If several children are wrong, the links are reported separately, and the result is empty.
-    """
+    """Return the links without a parent if a joint names a wrong child, which then has two parents, else []."""
     robot = case.robot
     doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
@@ -121,7 +118,6 @@ def _orphans(case: Case) -> list[str]:
 
 
 def _children(robot: Robot) -> dict[str, list[Joint]]:
-    """Return the joints above each link by link name, in the order of the description."""
     above: dict[str, list[Joint]] = {}
     for joint in robot.joints:
         above.setdefault(joint.child, []).append(joint)
@@ -130,7 +126,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
 
 @rule("joint-cycle", help="Change `parent` of one of these joints.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Joints form a cycle; if a link in it has two parents, that is the cause."""
+    """Joints form a cycle; cycles through a link with two parents are reported as `two-parents`."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
     order = {name: index for index, name in enumerate(case.robot.joint)}
     for names in circles({child: joint.parent for child, joint in above.items()}) if not case.robot.is_tree else ():
@@ -150,7 +146,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 @rule("several-roots", "More than one link has no parent.", "Attach all but one.", JOINTS)
 @rule("unreached-link", "No joint names this link.", "Attach it with a joint, or remove it.", JOINTS)
 def one_root(case: Case) -> Iterator[Diagnostic]:
-    """Report several roots, and links without joints; not a root that follows from a joint with an unknown child."""
+    """Report several roots and unconnected links, except roots that a misspelt child name explains."""
     robot = case.robot
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
     if robot.is_tree:
@@ -181,7 +177,7 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
 @rule("axis-zero", "An axis is zero: no direction.", "Write a direction, such as `[0, 0, 1]`.", JOINTS)
 @rule("axis-not-unit", "An axis is not of unit length.", "Scale it to length 1.", JOINTS, "joint", "always")
 def axes(case: Case) -> Iterator[Diagnostic]:
-    """Validate axes, which not all readers normalise."""
+    """Report axes that are zero or not of unit length, because some URDF readers do not normalise them."""
     for joint in case.robot.joints:
         length, path = norm(joint.axis), case.joint(joint, "axis")
         if joint.is_fixed or joint.is_axleless or abs(length - 1) <= AXIS_TOLERANCE:
@@ -202,7 +198,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 @rule("limit-zero", "`effort` or `velocity` is zero.", "Write the real value.", JOINTS, "joint", "always")
 @rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
 def limits(case: Case) -> Iterator[Diagnostic]:
-    """Validate limits: some are required by URDF readers, others are impossible."""
+    """Report joint limits that are missing, incomplete or impossible."""
     for joint in case.robot.joints:
         path, limit, unit, called = case.joint(joint, "limit"), joint.limit, joint.unit, f'joint "{joint.name}"'
         is_bounded = joint.type in ("revolute", "prismatic")
@@ -234,7 +230,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
-    """Report quantities with the unit of another type of joint: prismatic in radians, revolute in metres."""
+    """Report values with a unit that does not match the joint type, such as radians for a prismatic joint."""
     for joint in (joint for joint in case.robot.joints if joint.moves):
         entries = [case.joint(joint, part) for part in _WITH_UNITS]
         paths = [(*path, key) for path in entries for key in value_at(case.tree, path) or ()]
@@ -271,10 +267,10 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
 
 @rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Remove the sign.", JOINTS, "joint", "always")
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Report negative values that simulations and servos require to be positive."""
+    """Report damping, friction, stiffness and gains that are negative."""
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
-            continue  # a part computes further values from this one, which would be negative, too
+            continue  # another rule reports these limits; gains computed from them are negative, too
         numbers = [(part, key, getattr(getattr(joint, part), key, 0.0) or 0.0) for part, key in _POSITIVE]
         numbers.append(("mjcf", "springyield", joint.mjcf.get("springyield", 0.0)))
         pair = _numbers(joint, "springdamper")
@@ -289,7 +285,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 @rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
 @rule("axis-across", "A warning: the axis of a joint is across its wheel.", "Correct it.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
-    """Report joints without an axis in one note, except wheels that would tumble about the default axis."""
+    """Report joints without an axis in one note, and wheels that would not turn about their axle."""
     others = []
     for joint in case.robot.joints:
         is_default = (joint.moves or joint.type == "planar") and joint.axis == DEFAULT_AXIS
@@ -306,7 +302,7 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
 
 
 def lies_across(case: Case, joint: Joint) -> bool:
-    """Return True if a joint's child is a single disc (a flat cylinder) whose axis is across the joint's axis."""
+    """Return True if the child of a joint is a disc (a flat cylinder) whose axle is not parallel to the joint axis."""
     link = case.robot.link.get(joint.child)
     shapes = (link.collision or link.visual) if link is not None else ()
     if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder) or not any(joint.axis):
@@ -330,7 +326,6 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
-    """Yield (key of ``mjcf``, path of the key that it contradicts) for each contradiction in a joint."""
     force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
     owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
     stiffness = (joint.dynamics or Dynamics()).stiffness
@@ -338,7 +333,7 @@ def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
         values, other = _numbers(joint, word), (part, word)
         if value and values and not _same(values[0], value):
             yield word, other
-        if value and pair and min(pair) > 0:  # MuJoCo computes these from springdamper
+        if value and pair and min(pair) > 0:  # MuJoCo computes stiffness and damping from springdamper
             yield "springdamper", other
     limit = joint.limit if joint.moves and joint.limit else Limit()
     ends = (limit.lower, limit.upper) if joint.type != "continuous" else (None, None)

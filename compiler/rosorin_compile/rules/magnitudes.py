@@ -18,37 +18,36 @@ from .case import Case, number
 
 # A little more than one turn, so that 6.2832 counts as 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad
-# Rotations beyond a half turn are usually written in the other direction, unless they divide a circle evenly.
+# Larger angles in radians are unusual, because the rotation in the opposite direction is shorter.
 HALF_TURN = math.pi + 1e-2  # rad
-# No distance within a robot is this large in metres, but in millimetres it is common.
+# No distance within a robot is larger in metres, but many are in millimetres.
 FAR = 20.0  # m
-# rad/s. A servo turns at 10, a fast leg at 40. A multiple of STEP from FAST on is probably in degrees per second;
-# 100, 1000 and 50000 are not multiples: they mean "no limit".
+# rad/s. Servos turn at 10, fast legs at 40. Multiples of STEP from FAST to FASTEST are probably in degrees per second;
+# 100, 1000 and 50000 are not multiples of STEP: they mean "no limit".
 FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
 # https://www.w3.org/TR/xml/#charsets
 NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
-# Types of actuators whose command is a joint position (if the gear is 1).
+# Actuator types whose command is a joint position, if the gear is 1.
 _OF_POSITIONS = ("position", "intvelocity", "pid")
 _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
 
 
-# Suspicious values as (path, value) by reason, in the order of the tree.
+# Suspicious values as (path, value) by reason (see ``collect``), in the order of the tree.
 Remarkable = Mapping[str, list[tuple[Path, Any]]]
 
 
 def collect(tree: Map) -> Remarkable:
     """Return the suspicious values of a YAML tree by reason.
 
-    Reasons: "numbers" (without a unit and larger than a full turn; not efforts and velocities in joint limits),
-    "degrees" (quantities in degrees with decimals), "characters" (strings and keys with characters that XML does not
-    allow; the path of a key ends with the key), "stand_ins" (mappings whose ``source`` marks them as stand-ins).
+    The reasons are "numbers" (no unit and larger than a full turn in radians, except efforts and velocities in joint
+    limits), "degrees" (angles in degrees with decimals), "characters" (strings and keys with characters that XML does
+    not allow), and "stand_ins" (mappings whose ``source`` marks them as stand-ins).
     """
     found: Remarkable = {key: [] for key in ("numbers", "degrees", "characters", "stand_ins")}
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
-        """Collect the values of a subtree and return True if none is suspicious, so that it is visited only once."""
         before = sum(map(len, found.values()))
         source = node.get("source") if isinstance(node, Map) else None
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
@@ -80,7 +79,7 @@ _BOTH = "link or joint"
 @rule("angle-looks-like-degrees", "A bare angle is over a full turn.", "Write `180 deg`.", NUMBERS, _BOTH, "always")
 @rule("length-looks-like-millimetres", "A warning: a length is over 20 m.", "Add a unit.", NUMBERS, _BOTH, "always")
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
-    """Report numbers without a unit that are too large for radians or metres, once per list or entry."""
+    """Report numbers without a unit that are too large for radians or metres, once per list or mapping."""
     groups: dict[tuple[Path, str], list[tuple[Path, float]]] = {}
     for path, value in case.remarkable["numbers"]:
         unit = _suspect(case, path, value)
@@ -94,19 +93,18 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
 
 
 def _looks_like(case: Case, id: str, what: str, path: Path, value: float, units: str, **more: Any) -> Diagnostic:
-    """Return the diagnostic for a number that is probably in a wrong unit; ``units`` names that and the right unit."""
+    """Return a diagnostic for a number in a wrong unit; ``units`` is the probable and the actual unit ("mm m")."""
     probable, unit = units.split()
     meant = "millimetres" if probable == "mm" else "degrees"
     help = f'write "{number(value)} {probable}" if {meant} are meant, "{number(value)} {unit}" if not'
     problem = case.problem(id, f"{what}, which looks like {meant}", path, help, **more)
     span = problem.span
     if span and "${" in span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]:
-        return replace(problem, help="the value is calculated here: check the expression")  # an expression has no unit
+        return replace(problem, help="the value is calculated here: check the expression")  # expressions have no unit
     return problem
 
 
 def _suspect(case: Case, path: Path, value: float) -> str:
-    """Return the unit (rad or m) for which a number at a path is too large, or an empty string."""
     unit = unit_at(list(path))
     if isinstance(unit, list):
         joint = case.robot.joint.get(str(path[1] if path[0] == "joints" else path[-1]))
@@ -116,14 +114,14 @@ def _suspect(case: Case, path: Path, value: float) -> str:
         if path[2] == "actuator" and not (drive and drive.type in _OF_POSITIONS and drive.gear in ((), (1.0,))):
             return ""  # the command is neither a length nor an angle
         unit = unit[1 if joint.type == "prismatic" else 0]
-    # An edge may be the pose of the robot in a large world, so its distance can be large.
+    # A transform in ``edges`` may be the pose of the robot in a large world.
     is_far = unit == "m" and path[0] != "edges" and abs(value) > FAR
     return str(unit) if unit == "rad" or is_far else ""
 
 
 @Check
 def turns(case: Case) -> Iterator[Diagnostic]:
-    """Report angles without a unit in ``rpy`` that are round numbers within a full turn (angle-looks-like-degrees)."""
+    """Warn about angles in ``rpy`` without a unit that are multiples of 0.5 and between a half and a full turn."""
     poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
     poses += [(one.inertial.pose, case.link(one.name, "inertial")) for one in case.robot.links if one.inertial]
     poses += [(shape.pose, path) for _, path, shape in case.shapes()]
@@ -156,8 +154,8 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
 
 @rule("velocity-looks-like-degrees", help="Write `300 deg/s`.", topic=JOINTS, accept="joint", imported="always")
 def speeds(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a revolute joint's velocity limit without a unit is too fast, and a round number of degrees."""
-    for joint in case.robot.joints:  # continuous joints may be fast
+    """A warning: the velocity limit of a revolute joint has no unit, is very high and is a multiple of 15."""
+    for joint in case.robot.joints:
         velocity = joint.limit.known_value("velocity") if joint.limit is not None else None
         path = case.joint(joint, "limit", "velocity")
         is_fast = joint.type == "revolute" and velocity and FAST <= velocity <= FASTEST and not velocity % STEP
@@ -169,10 +167,10 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
 
 @rule("control-character", help="Remove it.", topic=NUMBERS)
 def characters(case: Case) -> Iterator[Diagnostic]:
-    """A text contains a character that cannot appear in an XML file."""
+    """A string contains a character that XML files cannot contain."""
     reported: set[Span] = set()
     for path, text in case.remarkable["characters"]:
-        # Every entry inherits the ``source`` at the top of a file: report it once.
+        # All entries inherit the ``source`` at the top of a file, so report the same position only once.
         key, span = path[-1] == text, written_place(case.tree, path)[0].span
         if (match := NOT_XML.search(text)) and (key or span not in reported):
             where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
@@ -183,7 +181,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
 
 @rule("stand-in", help="Measure it, and change its `source`.", topic=OUTPUTS)
 def stand_ins(case: Case) -> Iterator[Diagnostic]:
-    """A note: a value has not been measured and is a stand-in; each note in `source` is reported once."""
+    """A note: a value is a stand-in that has not been measured; entries with the same note are reported together."""
     by_note: dict[str, list[Path]] = {}
     for path, entry in case.remarkable["stand_ins"]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)

@@ -27,16 +27,15 @@ _USUAL, _ENDINGS = frozenset(_USUAL_WORDS.split()), frozenset(("xml", "sdf", "sv
 
 
 class Name(NamedTuple):
-    """A name, the kind of entry that has the name, and the path; ``key``: the name is a key in the description."""
+    """A name in the description, the kind of entry that it names, and its path."""
 
     name: str
     kind: str
     path: Path
-    key: bool = False
+    key: bool = False  # True if the name is a key in the YAML file
 
 
 def _names(case: Case) -> Iterator[Name]:
-    """Yield every name that the description defines, and the frames in edges."""
     for one in case.symbols.definitions():
         if one.path[0] != "edges":
             yield Name(one.name, one.kind, one.path, one.key)
@@ -50,18 +49,18 @@ def _names(case: Case) -> Iterator[Name]:
 @rule("invisible-letter", "A name has an invisible letter.", "Retype the name.", ARGUMENTS, "link or joint", "lenient")
 @rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
 def letters(case: Case) -> Iterator[Diagnostic]:
-    """Report names with letters that are invisible or of another script, and names that look equal to another."""
+    """Report names with invisible or foreign letters, and names that look like another name."""
     first: dict[tuple[str, str], Name] = {}
     for one in _names(case):
         kind = "link" if one.kind == "frame" else one.kind
-        # In imported robots, names of materials and outputs may differ only in case.
+        # Names of materials and outputs may differ only in case, as they do in some imported robots.
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
         letter, strange, related = hidden_letter(one.name), foreign(one.name), []
         id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
         if letter and NOT_XML.search(one.name):  # another rule reports characters that XML does not allow
             continue
         if letter:
-            # ``accept`` cannot suppress errors about materials or robots, so imported robots only get warnings.
+            # Users cannot suppress errors about materials or robots, so these are only warnings for imported robots.
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
             id, severity = "invisible-letter", WARNING if is_mild else ERROR
             message += f"contains an invisible character: {in_words(letter)}"
@@ -77,9 +76,9 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a word that occurs once in names, or a file ending, is another word with two letters swapped."""
+    """A warning: a word in a name, or a file extension, is a known word with two letters swapped."""
     named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
-    for output in case.robot.outputs:  # names of files and topics are not in the symbol table
+    for output in case.robot.outputs:  # the symbol table lacks names of files and topics
         path: Path = ("outputs", output.name)
         named.append(Name(output.file, "file", (*path, "file")))
         for option, value in output.options.items():
@@ -102,14 +101,14 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
             message = f'{one.kind} "{one.name}" contains "{slip[0]}", maybe a misspelling of "{slip[1]}"'
             found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
             found = move_to_name(found, Offer(one.name, fixed))
-            if found.span not in reported:  # a part that is used twice defines names at one place
+            if found.span not in reported:  # a part that is used twice defines its names at the same position
                 reported.add(found.span)
                 yield found
 
 
 @rule("leading-slash", help="Remove the slash.", topic=FRAMES, accept="link or joint", imported="always")
 def slashes(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a name begins with `/`. tf2 drops the slash of a published frame, and refuses to look one up."""
+    """A warning: a name begins with `/`. tf2 strips the slash when it stores a frame, and rejects it in lookups."""
     for one in _names(case):
         if one.name.startswith("/") and one.kind in ("link", "frame", "joint"):
             reader = "controllers split names at a slash" if one.kind == "joint" else "tf2 refuses such frame names"

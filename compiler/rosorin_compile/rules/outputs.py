@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 MAX_FOLDERS = 50
-# File name extensions that identify the language of a file, and alternatives that are valid for some of them.
+# File extensions that identify the language of a file, and alternatives that are valid for some of them.
 _ENDINGS = {".json", ".svg", ".csv", ".toml", ".pdf", ".png", ".py", ".md", ".yaml", ".yml", ".html", ".htm"}
 _ENDINGS |= {".xml", ".urdf", ".xacro", ".sdf"}
 _ALSO = {".json": (".yaml", ".yml"), ".yaml": (".yml",), ".html": (".htm",), ".urdf": (".xml", ".xacro")}
@@ -30,11 +30,8 @@ _DRIVE = re.compile(r"[A-Za-z]:")
 @rule("unknown-backend", "There is no backend of this name.", "Correct it, or use `template`.", OUTPUTS)
 @rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
 def backends(case: Case) -> Iterator[Diagnostic]:
-    """Report unknown formats and options, and problems that formats find in their outputs.
-
-    A problem in one artifact does not prevent the others.
-    """
-    is_placed = all(any(joint.axis) for joint in case.robot.joints if joint.moves)  # poses need axes
+    """Report unknown formats and options, and the problems that the formats find in their outputs."""
+    is_placed = all(any(joint.axis) for joint in case.robot.joints if joint.moves)  # computing poses requires axes
     for output in case.robot.outputs:
         format = case.formats.get(output.backend)
         if format is None or format.write is None:
@@ -71,13 +68,12 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
 
 
 def _endings(format: "Format") -> list[str]:
-    """Return the file name extensions of a format, the default one first."""
     return [ending for ending in (posixpath.splitext(format.file)[1], *format.endings) if ending]
 
 
 @rule("file-ending", help="Call it as its readers expect, or write the format of that name.", topic=OUTPUTS)
 def file_endings(case: Case) -> Iterator[Diagnostic]:
-    """A warning: the file ending of an artifact is that of another format."""
+    """A warning: the file extension of an artifact belongs to another format."""
     for output in (output for output in case.robot.outputs if output.backend in case.formats):
         format = case.formats[output.backend]
         own, (stem, ending) = _endings(format), posixpath.splitext(output.file)
@@ -91,7 +87,7 @@ def file_endings(case: Case) -> Iterator[Diagnostic]:
 @rule("outside-outputs", "An artifact would be outside its folder.", "Write a relative name.", OUTPUTS)
 @rule("duplicate-file", "Two outputs write one file.", "Give each artifact a file of its own.", OUTPUTS)
 def output_files(case: Case) -> Iterator[Diagnostic]:
-    """Report files outside of the outputs folder, and pairs of artifacts whose files conflict."""
+    """Report artifacts outside of the outputs folder, and pairs of artifacts with conflicting paths."""
     taken: dict[str, Output] = {}
     order = list(case.section("outputs"))
     for output in sorted(case.robot.outputs, key=lambda output: order.index(output.name)):
@@ -115,7 +111,6 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
 
 
 def _outside(file: str) -> str:
-    """Return the reason why a file name is not valid in the outputs folder, or an empty string if it is valid."""
     parts = file.split("/")
     reasons = {
         "has an absolute path": file.startswith("/") or _DRIVE.match(file),

@@ -16,14 +16,14 @@ from rosorin_compile.source.wording import first_of
 from .case import Case, number
 from .joints import circles
 
-# rad or m: positions computed from pulses may exceed printed limits by rounding.
+# rad or m: tolerance, because positions that are computed from pulses may exceed rounded limits.
 ROUNDING = 1e-6
-# A mimic ratio only approximates a linkage, so the follower may exceed its limits by this fraction of their range.
+# Mimic joints approximate a linkage, so they may exceed their limits by this fraction of the range.
 SLACK = 0.05
 SHOWN = 8
-# rad per pulse. Servos typically turn a hundredth of that; only geared servos turn more.
+# rad per pulse: servos typically have a hundredth of this; only geared servos have more.
 COARSE = 0.1
-# An unspecified gear may make the ranges of a servo and its joint differ, but not by this factor.
+# The ranges of a servo and its joint may differ by an unspecified gear ratio, but not by this factor.
 OTHER_RANGE = 20.0
 SEVERAL_TURNS = 4 * math.pi
 _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
@@ -33,13 +33,13 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
 @rule("mimic-beyond-limit", "A warning: a follower goes beyond its limits.", "Correct it.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
-    """Compare positions, velocities and efforts with joint limits: the numbers with ``x-within`` in the schema."""
+    """Report positions, velocities and efforts beyond joint limits; ``x-within`` marks such values in the schema."""
     for section, node in sections().items():
         for id, path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
             joint = case.robot.joint.get(name)
             if joint is not None and joint.moves and (id != "pose-beyond-limit" or joint.mimic is None):
                 yield from _compare(case, id, joint, path, value)
-    # Joints that a pose does not name are at zero; the pose of a planning group covers only the joints of that group.
+    # Joints that a pose does not name are at zero. A pose of a planning group covers only the joints of the group.
     moveit = case.robot.moveit
     states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
     placed = {name for pose in case.robot.poses for name in pose.positions}
@@ -59,7 +59,6 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
 
 
 def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
-    """Yield (rule id, path, joint name, value) for each value that must be within the limits of a joint."""
     if node is None:
         return
     if node.within and isinstance(value, (int, float, Map)):
@@ -77,7 +76,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
     interface = str(path[-2]) if path[-2] in ("velocity", "effort") else "position"
     lower, upper = joint.limits_of(interface)
     if id in ("pose-beyond-limit", "mimic-beyond-limit") and joint.limit and joint.type != "continuous":
-        lower, upper = joint.limit.lower, joint.limit.upper  # stand-in limits count, too
+        lower, upper = joint.limit.lower, joint.limit.upper  # include stand-in limits
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if low > high or (lower is None and upper is None) or (id == "control-limit" and path[-3] != "command"):
         return
@@ -105,7 +104,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
 
 
 def range_of(joint: Joint) -> tuple[float, float] | None:
-    """Return the (lower, upper) limit of a joint, or None if a limit is missing or invalid."""
+    """Return the (lower, upper) limit of a joint (rad or m), or None if a limit is missing or lower >= upper."""
     limit = joint.limit
     if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
         return None
@@ -133,7 +132,7 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
 @rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Remove the joint.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
-    """Report positions of joints that are fixed, mimic another or have several coordinates; poses of a fixed base."""
+    """Report poses that set fixed joints, mimic joints, joints with several coordinates, or a fixed base."""
     outputs = [one for one in case.robot.outputs if one.backend in case.formats]
     has_base = any("base" in case.formats[one.backend].options for one in outputs)
     is_free = any(one.options.get("base") == "free" for one in outputs)
@@ -146,7 +145,7 @@ def placed_joints(case: Case) -> Iterator[Diagnostic]:
             elif joint is not None and joint.moves and joint.mimic is not None:
                 message = f'pose "{pose.name}" sets joint "{name}", but that joint mimics "{joint.mimic.joint}"'
                 yield case.problem("ignored-key", message, path, f'set joint "{joint.mimic.joint}" instead', key=True)
-        # with MoveIt, ``base`` is valid: it sets the virtual joint
+        # With MoveIt, ``base`` sets the virtual joint, so it is valid.
         if pose.base is not None and has_base and not is_free and case.robot.moveit is None:
             message = f'pose "{pose.name}" sets the pose of the base, but the base is fixed in every output'
             path, help = ("poses", pose.name, "base"), 'write "base: free" in the output'
@@ -160,7 +159,7 @@ def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = Fal
 
 @rule("two-servos", "A joint is in two servo groups.", "Remove the joint from one of them.", POSES)
 def groups(case: Case) -> Iterator[Diagnostic]:
-    """Report servos of fixed joints, and joints with two servos."""
+    """Report servos of joints that have no single position, and joints in two servo groups."""
     taken: dict[str, Path] = {}
     order = list(case.section("servos"))
     for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
@@ -177,7 +176,7 @@ def groups(case: Case) -> Iterator[Diagnostic]:
 
 @rule("servo-range", help="Write the angle of one pulse in radians, such as `${240*deg / 1000}`.", topic=POSES)
 def scales(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a pulse turns a servo by many degrees, or the ranges of servo and joint differ widely."""
+    """A warning: a pulse turns a servo by many degrees, or the pulse range differs widely from the joint limits."""
     for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         path: Path = ("servos", group.name, "rad_per_pulse")
@@ -197,7 +196,7 @@ def scales(case: Case) -> Iterator[Diagnostic]:
 @rule("mimic-fixed", "A joint without a position follows or leads.", "Use a moving joint.", JOINTS, "joint", "always")
 @rule("mimic-cycle", "Joints follow each other in a circle.", "Remove `mimic` from one of these joints.", JOINTS)
 def leaders(case: Case) -> Iterator[Diagnostic]:
-    """Report mimic joints whose leader is missing, cannot be followed, or is the joint itself."""
+    """Report mimic joints whose leader is missing, has no single position, or is part of a loop."""
     robot = case.robot
     for joint in (joint for joint in robot.joints if joint.mimic):
         path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
@@ -227,8 +226,8 @@ def _leaders(robot: Robot) -> dict[str, str]:
 def order(case: Case) -> Iterator[Diagnostic]:
     """Report mimic joints that robot_state_publisher cannot resolve.
 
-    It visits mimic joints once, by name (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp), so a leader
-    that is a mimic joint itself must come first. Also, the leader must be in the URDF.
+    robot_state_publisher visits mimic joints once, sorted by name, so a leader that is itself a mimic joint must come
+    first (ros/robot_state_publisher@humble:src/robot_state_publisher.cpp). Leaders must also be in the URDF.
     """
     in_circle = {name for names in circles(_leaders(case.robot)) for name in names}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):

@@ -29,7 +29,7 @@ Combination = Mapping[str, bool]
 @rule("bad-condition", "`when` is invalid or never true.", "Combine modes, as in `slam and not replay`.", FRAMES)
 @rule("too-many-modes", "Conditions depend on too many modes.", "Use at most 10 modes for one frame.", FRAMES)
 def legal(case: Case) -> Iterator[Diagnostic]:
-    """Report conditions that are invalid, name an unknown mode or are never true, and edges without a publisher."""
+    """Report entries of ``edges`` with an invalid condition ``when`` or without a publisher."""
     names = [publisher.name for publisher in case.robot.publishers]
     choice = f"NAME, where NAME is one of {', '.join(names)}" if len(names) > 1 else "".join(names)
     for index, edge in enumerate(case.robot.edges):
@@ -42,7 +42,6 @@ def legal(case: Case) -> Iterator[Diagnostic]:
 
 
 def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
-    """Return a diagnostic at the mistake in the condition of an edge, or None if the condition is valid."""
     names, path, when = modes_in(case.robot, [edge.when]), case.edge(index, "when"), edge.when
     subject = f'the condition "{when}" of {edge.parent} -> {edge.child}'
     if len(names) > MAX_MODES:
@@ -57,7 +56,7 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
             found = case.problem("unknown-mode", f'there is no mode "{unknown}"', path, help)
         if found.span is None or found.span.length < len(when):
             return found
-        # The column is relative to the stripped expression, but the position in the file includes spaces and quotes.
+        # The column counts from the first character of the expression, so add leading spaces and the quote.
         start = len(when) - len(when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
         return replace(found, span=found.span._replace(column=found.span.column + start, length=len(unknown) or 1))
     if any(results) and all(isinstance(result, bool) for result in results):
@@ -67,12 +66,12 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
 
 
 def holds(when: str, combination: Combination) -> bool:
-    """Return True if a valid condition is true in a combination of modes."""
+    """Return True if a valid condition on modes is true in a combination of modes."""
     return not when or bool(evaluate(when, combination.__getitem__))
 
 
 def modes_in(robot: Robot, whens: Iterable[str]) -> list[str]:
-    """Return the modes that the conditions mention, in the order of the description."""
+    """Return the modes that occur in these conditions, in the order of the description."""
     named = {name for when in whens for name in _NAME.findall(when)}
     return [mode for mode in robot.modes if mode in named]
 
@@ -84,13 +83,13 @@ def combinations(modes: list[str]) -> Iterator[Combination]:
 
 
 def in_words(combination: Combination) -> str:
-    """Return a combination as the end of a sentence, such as ' when "slam" is off', or "" without modes."""
+    """Format a combination as the end of a sentence, such as ' when "slam" is off', or "" without modes."""
     states = [f'"{mode}" is {"on" if on else "off"}' for mode, on in combination.items()]
     return f" when {' and '.join(states)}" if states else ""
 
 
 def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
-    """Return ``modes`` unchanged if the robot has all of them. Raises UnknownName otherwise."""
+    """Return ``modes`` unchanged. Raises UnknownName if the robot does not have one of them."""
     for name in modes:
         if name not in robot.modes:
             raise UnknownName("mode", name, robot.modes, robot.name, "it has none")
@@ -98,9 +97,9 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
 
 
 class Step(NamedTuple):
-    """A transform parent -> child: from a joint, from an entry of ``edges``, or from a joint's list of publishers.
+    """A transform parent -> child with its publisher, from a joint or from ``Robot.edges``.
 
-    ``joint`` is "" for an entry of ``edges``. ``edge`` is the index in ``Robot.edges``, or None for a joint. ``when``
+    ``joint`` is "" for an entry of the section ``edges``. ``edge`` is the index in ``Robot.edges``, or None. ``when``
     is the condition on modes ("" for always), ``path`` the path of the parent's name in the description.
     """
 
@@ -114,19 +113,19 @@ class Step(NamedTuple):
 
     @property
     def is_silent(self) -> bool:
-        """Whether this is the transform of a joint that no node publishes, always or under the condition ``when``."""
+        """Whether the transform is that of a joint that no node publishes, at least under the condition ``when``."""
         return self.publisher.kind == UNPUBLISHED and self.joint != ""
 
     @property
     def owner(self) -> str:
-        """The name of the publisher for a message."""
+        """A phrase for messages that names the publisher, such as 'robot_state_publisher (joint "elbow")'."""
         static = f'static_transform_publisher "{self.publisher.name}"'
         name = static if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER else self.publisher.name or '"none"'
         return f'{name} (joint "{self.joint}")' if self.joint else name
 
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
-    """Return the transforms of all joints, then those in ``Robot.edges``; ``legal`` omits invalid conditions."""
+    """Return the transforms of all joints, then of ``Robot.edges``, by default without invalid conditions."""
     joints = case.robot.joints
     steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
     for index, one in enumerate(case.robot.edges):
@@ -137,23 +136,19 @@ def all_steps(case: Case, legal: bool = True) -> list[Step]:
 
 
 def steps_in_modes(case: Case) -> tuple[list[Step], list[Step]]:
-    """Return the published transforms, and the transforms of joints that no node publishes under some condition."""
+    """Return (published transforms, transforms of joints that no node publishes in some modes)."""
     steps = all_steps(case)
     silent = [step for step in steps if step.is_silent and step.edge is not None]
     return [step for step in steps if not step.is_silent], silent
 
 
 def active_in(published: Iterable[Step], combination: Combination) -> list[Step]:
-    """Return the transforms whose condition holds in a combination of modes."""
+    """Return the transforms whose condition is true in a combination of modes."""
     return [step for step in published if holds(step.when, combination)]
 
 
 def _claims(case: Case) -> dict[str, list[Step]]:
-    """Return the transforms to each child frame in ``Robot.edges``, with the transforms of joints first.
-
-    Any other frame is only the child of a joint, so its publisher is unique. If a link has two parent joints, only the
-    first counts, because another rule reports the second. Edges with an invalid condition are left out.
-    """
+    """Map each child frame in ``Robot.edges`` to the transforms with this child, transforms of joints first."""
     led_to = {edge.child for edge in case.robot.edges}
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
     by_child: dict[str, list[Step]] = {}
@@ -173,7 +168,7 @@ def _place(case: Case, step: Step) -> Path:
 
 
 def _turn_of_urdf(case: Case, joint: Joint) -> Path:
-    """Return the path of robot_state_publisher in a joint's list of publishers, or () if it is not in such a list."""
+    """Return the path of robot_state_publisher in a joint's list of publishers, or () if it is not listed."""
     path = case.publisher(joint)
     turns = value_at(case.tree, path) if path[-1] == "publisher" else None
     owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
@@ -183,7 +178,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path:
 @rule("two-publishers", "A frame has two publishers.", "Remove one, or write `when` for both.", FRAMES)
 @rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Add a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
-    """Report frames with two publishers at once, or without a publisher, in some combination of modes."""
+    """Report frames with two publishers, or without a publisher, in some combination of modes."""
     legal = {step.edge for step in all_steps(case) if step.joint or step.publisher.kind != UNPUBLISHED}
     bare = {edge.child for index, edge in enumerate(case.robot.edges) if index not in legal}
     for child, claims in _claims(case).items():
@@ -196,7 +191,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
         for combination in combinations(modes):
             active = active_in(claims, combination)
             owners = [claim for claim in active if not claim.is_silent]
-            # A joint can declare modes without a publisher (``none``); in these, no edge may publish it.
+            # If a joint declares a mode without a publisher (``none``), no edge may publish its transform in this mode.
             silent = [one for one in active if one.is_silent and any(one.joint == owner.joint for owner in owners)]
             if len(owners) > 1 or silent:
                 *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
@@ -219,12 +214,12 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def urdf_always(case: Case) -> Iterator[Diagnostic]:
-    """Report conditions on robot_state_publisher, which publishes all of its URDF in every mode (bad-condition)."""
+    """Report conditions on robot_state_publisher, which publishes its URDF in every mode (rule bad-condition)."""
     claims = _claims(case) if case.robot.edges else {}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
         place = _turn_of_urdf(case, joint)
         when = value_at(case.tree, (*place[:-1], "when")) if place else None
-        # If the frame has two publishers, another rule reports it.
+        # Another rule reports frames with two publishers.
         if place and when and len(claims.get(joint.child, ())) < 2:
             message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when "{when}"'
             help = "remove the condition, or choose with an argument of the description: 'publisher: \"${publisher}\"'"
@@ -232,7 +227,6 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
 
 
 def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
-    """Return (joint, publisher, path) for each static_transform_publisher of a joint, including those with ``when``."""
     joints = case.robot.published_by(STATIC_TRANSFORM_PUBLISHER)
     found = [(joint, joint.publisher, case.publisher(joint)) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
@@ -243,9 +237,9 @@ def _static_publishers(case: Case) -> list[tuple[Joint, Publisher, Path]]:
 
 @Check
 def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
-    """Report joints whose publisher is neither started by an artifact nor reads one (unpublished-edge).
+    """Report joints whose publisher is not started by an output, or has no output to read (rule unpublished-edge).
 
-    Nothing is reported if an output has an unknown format, because that may be the missing artifact.
+    Nothing is reported if an output has an unknown format, because it may be the missing output.
     """
     robot, outputs = case.robot, case.section("outputs").values()
     if any(one.backend not in case.formats for one in robot.outputs) or not any(map(is_listed, outputs)):
@@ -266,9 +260,9 @@ def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
 
 @rule("planar-taken-as-fixed", help="Write `type: floating` and `publisher: NODE` or `{none: REASON}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a planar joint is in the URDF, and robot_state_publisher treats it as fixed.
+    """A warning: a planar joint is in the URDF, but robot_state_publisher treats it as fixed.
 
-    ros/kdl_parser treats unknown types as fixed, and robot_state_publisher sends them as static; floating is skipped.
+    kdl_parser treats unknown types as fixed, and robot_state_publisher publishes these (not floating joints) as static.
     """
     has_urdf = bool(case.outputs_read_by(ROBOT_STATE_PUBLISHER))
     for joint in case.robot.joints:
@@ -281,7 +275,7 @@ def planar(case: Case) -> Iterator[Diagnostic]:
 @rule("bad-node-name", "ROS 2 refuses the name of a node.", "Use letters, digits and underscores.", FRAMES)
 @rule("duplicate-node", "Two nodes have one name.", "Give each static_transform_publisher its own node name.", FRAMES)
 def static_publishers(case: Case) -> Iterator[Diagnostic]:
-    """Report joints that a static_transform_publisher cannot publish, and node names that are invalid or repeated."""
+    """Report moving joints with a static_transform_publisher, and node names that are invalid or repeated."""
     taken: dict[str, Path] = {ROBOT_STATE_PUBLISHER: ()}
     for key, entry in case.section("publishers").items():
         taken.setdefault((entry or {}).get("node", key), ("publishers", key))
@@ -303,7 +297,7 @@ def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]
 
 @Check
 def known_frames(case: Case) -> Iterator[Diagnostic]:
-    """Report edges that are not connected to any link, because a name is misspelt (unknown-link)."""
+    """Report frames in ``edges`` that have no connection to a link because a name is misspelt (rule unknown-link)."""
     robot = case.robot
     misspelt = list(_misspelt_world(case))
     yield from misspelt
@@ -325,7 +319,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
     for index, edge in enumerate(case.robot.edges):
         for key, name in (("parent", edge.parent), ("child", edge.child)):
             meant = next((word for word in swaps(name) if word in WORLD_FRAMES), None)
-            # A frame may have any name if it is attached to the robot or is an ancestor of it.
+            # A frame is not a misspelt world frame if it is a link or has a parent.
             is_free = name in case.robot.link or (key == "parent" and name in children)
             is_named = key == "parent" or (edge.parent in WORLD_FRAMES and meant in children | parents)
             if meant and not is_free and is_named:
@@ -335,15 +329,15 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 
 @rule("edge-cycle", help="Correct `parent` or `child` of one of these, so that frames form a tree.", topic=FRAMES)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
-    """Edges and joints form a cycle in some combination of modes."""
+    """Transforms of joints and `edges` form a cycle in some combination of modes."""
     steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
     graph = TopologicalSorter[str]()
     for step in steps:
         graph.add(step.child, step.parent)
     with suppress(CycleError):
         graph.prepare()
-        return  # even all transforms together have no cycle
-    while len(steps) != count:  # drop transforms that cannot be in a cycle: from a root or to a leaf
+        return  # all transforms together have no cycle
+    while len(steps) != count:  # drop transforms from a root or to a leaf, which are not in a cycle
         parents, children, count = {step.parent for step in steps}, {step.child for step in steps}, len(steps)
         steps = [step for step in steps if step.parent in children and step.child in parents]
     modes = modes_in(case.robot, [step.when for step in steps])
@@ -379,17 +373,17 @@ def _urdf_roots(case: Case) -> list[str]:
 
 @rule("split-tf", help="Name a publisher for this joint, or none for the joints below it.", topic=FRAMES)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
-    """A warning: frames are published, but no node publishes a joint above them, always or in some mode."""
+    """A warning: frames are cut off from the tree, because no node publishes a joint above them."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):
         return
-    # Include edges with an invalid condition: that error is already reported.
+    # Include edges with an invalid condition, which another rule reports.
     published = [step for step in all_steps(case, legal=False) if not step.is_silent]
     links, reached = set(case.robot.link), {step.child for step in published}
     parts = _pieces_with(published, links)
     main = max(parts, key=lambda piece: len(piece & links), default=set())
     for piece in (piece for piece in parts if piece != main):
         first = next((step for step in published if step.parent in piece and step.parent not in reached), None)
-        if first is None:  # all are in a cycle, which another rule reports
+        if first is None:  # all transforms are in a cycle, which another rule reports
             continue
         if first.parent not in links:
             help = case.suggest(first.path, first.parent, {*links, *reached}, "name a frame")
@@ -402,7 +396,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
-    """Report links that are cut off only in some combination of modes: a frame changes its parent (split-tf)."""
+    """Report links that are cut off from the tree in some modes: a frame changes its parent (rule split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:
@@ -420,14 +414,14 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     for combination in combinations(modes):
         active = active_in(published, combination)
         reached = {step.child for step in active}
-        # Frames that are published only in other modes, although their joints do not declare that (``none``).
+        # Frames without a publisher in this combination, although their joints do not declare that (``none``).
         gaps = claimed - {step.child for step in active_in(silent, combination)}
         parts = _pieces_with(active, links)
         for whole in _pieces_with(published, links):
             inside = sorted((piece for piece in parts if piece <= whole), key=lambda piece: -len(piece & links))
             for piece in inside[1:]:
                 tops = piece - reached
-                if tops and not tops & gaps:  # a piece without a root is a cycle
+                if tops and not tops & gaps:  # without a root, the piece is a cycle
                     across = (step for step in published if (step.parent in piece) != (step.child in piece))
                     lost = next(step for step in across if step not in active)
                     yield _cut_off(case, piece, in_words(combination), lost.path)
@@ -441,7 +435,7 @@ def _cut_off(case: Case, piece: set[str], why: str, path: Path) -> Diagnostic:
 
 @rule("unknown-frame-id", help="Correct the name under `stamps`, or name the publisher of the frame.", topic=FRAMES)
 def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
-    """Messages are stamped with a frame that does not exist; a warning if it is missing only in some mode."""
+    """The frame_id of messages does not exist; a warning if no transform leads to the frame in some mode."""
     robot, stamps = case.robot, list[tuple[str, str, Path]]()  # (frame, publisher of the messages, path)
     for sensor in case.robot.sensors:
         place: Path = ("sensors", sensor.name)
@@ -466,12 +460,12 @@ def unknown_frame_ids(case: Case) -> Iterator[Diagnostic]:
             steps = [step for step in published if frame in (step.parent, step.child)]
             absent = [one for one in combinations(modes) if not active_in(steps, one)]
             if any(step.child == frame for step in steps):
-                # Another rule reports modes without a publisher, unless the joint declares them (``none``).
+                # Only count modes that the joint declares as unpublished (``none``); another rule reports the others.
                 turns = [step for step in silent if step.child == frame]
                 absent = [one for one in absent if active_in(turns, one)]
             if absent:
                 reported.add(frame)
-                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # {}: in all modes
+                missing = {} if len(absent) == 2 ** len(modes) else absent[0]  # empty if missing in all modes
                 message = f'messages of {owner} have the frame_id "{frame}", but no transform leads to that frame'
                 message += in_words(missing)
                 way = f"add a publisher of a transform to this frame{' for that mode' if missing else ''}"

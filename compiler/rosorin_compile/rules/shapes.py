@@ -23,23 +23,23 @@ from .joints import pieces
 # Meshes are in metres, millimetres (scale 0.001), inches (0.0254) or, seldom, other units of CAD programs. All of these
 # units are smaller than 100 m and larger than a hundredth of a millimetre.
 LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
-UNEVEN = 100.0  # ratio of scales along two axes; even a unit cube that is scaled to a table top has only 30
+UNEVEN = 100.0  # ratio of scales along two axes; even a unit cube that is scaled to a table top only has 30
 # Ratios of a length to the diagonal of the rest of the robot; millimetres instead of metres give 1000.
 OUT_OF_PROPORTION, SEVERAL_OUT_OF_PROPORTION = 10.0, 15.0
-LARGE = 2.0  # m; shorter lengths are not reported: they may be a plate on a small joint
+LARGE = 2.0  # m; shorter lengths may be correct, such as a plate on a small joint
 TINY = 0.005  # m; the smallest robots measure centimetres
-ELSEWHERE = 0.25  # fraction of the larger diagonal: even rough collision shapes are this close to the visual ones
-ENVELOPE = 4  # a shape that contains this many links is a keep-out box, such as around a hand
+ELSEWHERE = 0.25  # fraction of the larger diagonal; even rough collision shapes are closer to the visuals
+ENVELOPE = 4  # a shape that contains this many links is a keep-out zone, such as a box around a hand
 _SIDES = [side for side in product((-1, 0, 1), repeat=3) if any(side)]
 _TURNS = [math.pi / 4 * step for step in range(8)]
 _CLEARANCE = 1e-9  # m; equal shapes in the same place are not inside each other
-BRIGHTEST = 1.01  # colour components are at most 1; an excess of 0.01 is rounding
+BRIGHTEST = 1.01  # colour components are at most 1; larger values up to this are rounding errors
 MAX_RELATED = 3
 
 
 @rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check units.", NUMBERS, "link", "always")
 def mesh_scales(case: Case) -> Iterator[Diagnostic]:
-    """Report scales of meshes that do not follow from a unit."""
+    """Report scales of meshes that no unit of length explains."""
     for link, path, shape in case.shapes():
         if not isinstance(shape.geometry, Mesh):
             continue
@@ -70,7 +70,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
     if not robot.is_tree:
         return
     distant = [joint for joint in robot.joints if max(map(abs, joint.origin.xyz)) > LARGE]
-    # One wrong distance can hide another, so also compare with the robot without all of these distances.
+    # Wrong distances can hide each other, so also compare them with the robot without all of these distances.
     without_all = diagonal(robot, tuple(joint.name for joint in distant)) if len(distant) > 1 else 0.0
     for joint in distant:
         if not _is_world(robot, joint.parent):
@@ -79,7 +79,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
             what = f'joint "{joint.name}" places "{joint.child}" far away from "{joint.parent}"'
             yield from _lengths(case, what, case.joint(joint, "xyz"), joint.origin.xyz, rest)
     moved = [joint for joint in robot.joints if any(joint.origin.xyz)]
-    if len(moved) < 2:  # one object alone cannot be compared with the rest of the robot
+    if len(moved) < 2:  # a single object cannot be compared with the rest of the robot
         return
     size = diagonal(robot)
     for link, path, shape in case.shapes():
@@ -117,7 +117,7 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
     """Return the diagonal (m) of the bounding box of a robot's frames and shapes, with joints at zero.
 
     ``without`` names joints whose translations are ignored. Large shapes and shapes far from their link are ignored,
-    because they may be the mistake, and so is the distance from a bare root (the world) to the robot.
+    because they may be mistakes, and so is the distance from a root without shapes (the world).
     """
     if not robot.is_tree:
         return 0.0
@@ -140,14 +140,14 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
 
 
 def _is_world(robot: Robot, name: str) -> bool:
-    """Return True for a root without shapes, which may be the world: the robot may be far from it."""
+    """Return True for a root without shapes, which may be the world and far away from the robot."""
     link = robot.link[name]
     is_bare = not (link.visual or link.collision or link.inertial)
     return is_bare and name not in robot.joint_to and not name.startswith("base")
 
 
 def longest(shape: Shape) -> tuple[Path, float, float]:
-    """Return (path of the size, size in m, number in the description) of a shape's longest side; zeros for a mesh."""
+    """Return the longest side of a shape: (path, size in m, number in the description); zeros for a mesh."""
     geometry, kind = shape.geometry, type(shape.geometry).__name__.lower()
     sides: list[tuple[Path, float, float]] = [((), 0.0, 0.0)]
     if isinstance(geometry, Box):
@@ -165,7 +165,7 @@ def longest(shape: Shape) -> tuple[Path, float, float]:
 
 @rule("two-in-one-place", help="Correct `xyz` of one, or remove it.", topic=NUMBERS, accept="joint", imported="always")
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two joints put links of the same shape into the same place, such as a copied wheel."""
+    """A warning: two joints put links with equal shapes into the same place, such as a copied wheel."""
     first: dict[Any, Joint] = {}
     for joint in case.robot.joints:
         link = case.robot.link.get(joint.child)
@@ -184,15 +184,15 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
 
 @rule("link-inside-link", help="Correct `xyz`, or disable the contact.", topic=JOINTS, accept="link", imported="always")
 def contained_links(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a link is entirely inside one shape of another link, with joints at zero; meshes are not examined."""
+    """A warning: a link is entirely inside a shape of another link, with joints at zero. Meshes are not checked."""
     robot = case.robot
     has_axes = all(any(joint.axis) for joint in robot.joints if joint.moves or joint.type == "planar")
-    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # needed to compute positions
+    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # required to compute poses
         return
     places = robot.poses_in_root({})
     ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
     firsts = [*zip(*(points[0] for points in ends.values()), strict=True)] or [(0.0,)]
-    axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # the longest dimension
+    axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # axis of the largest extent
     order = sorted((points[0][axis], name) for name, points in ends.items())
     fixed = [(joint.parent, joint.child) for joint in robot.joints if joint.is_fixed]
     rigid = pieces([*zip(robot.link, robot.link, strict=True), *fixed])
@@ -225,7 +225,6 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
 
 
 def _points(link: Link, place: Transform) -> list[Vector]:
-    """Return points (m, root frame) on the surfaces of a link's shapes, or no points if a shape is a mesh."""
     points: list[Vector] = []
     for shape in link.collision or link.visual:
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
@@ -245,10 +244,10 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 
 
 def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> bool:
-    """Return True if all points, transformed by ``to_shape``, are inside a geometry; always False for a mesh."""
+    """Return True if ``to_shape`` maps all points into a box, sphere, cylinder or capsule; False for other shapes."""
     for point in points:
         x, y, z = to_shape.apply(point)
-        depth = -math.inf  # of the point below the surface (m); negative outside
+        depth = -math.inf  # depth of the point below the surface (m); negative outside
         if isinstance(geometry, Box):
             (a, b, c), (d, e, f) = geometry.lower, geometry.upper
             depth = min(x - a, d - x, y - b, e - y, z - c, f - z)
@@ -262,7 +261,6 @@ def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> 
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
-    """Yield (owner, path, path of the name, material) for the section ``materials``, then for all visuals."""
     for one in case.robot.materials:
         yield f'the material "{one.name}"', ("materials", one.name), ("materials", one.name), one
     for link, path, shape in case.shapes():
@@ -273,7 +271,7 @@ def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
 
 @rule("material-twice", help="Rename one of them: a material name is valid in the entire URDF.", topic=NUMBERS)
 def definitions(case: Case) -> Iterator[Diagnostic]:
-    """A material has two different appearances: in `materials` and in a visual, or in two visuals."""
+    """A material is defined twice with different colours or textures, in `materials` or in visuals."""
     first: dict[str, tuple[Path, Material]] = {}
     for _, _, path, material in _materials(case):
         if material.name and (material.rgba is not None or material.texture):
@@ -296,7 +294,7 @@ def colour_range(case: Case) -> Iterator[Diagnostic]:
 
 @rule("unknown-material", help="Correct the name, or add it to `materials`.", topic=NUMBERS)
 def unknown_materials(case: Case) -> Iterator[Diagnostic]:
-    """A note: a visual names a material that is not defined; a warning if the name is similar to a defined one."""
+    """A note: a visual names a material that is not defined; a warning if a defined name is similar."""
     unknown: dict[str, list[Path]] = {}
     for _, _, path, material in _materials(case):
         if material.name and material.name not in case.robot.material:

@@ -1,7 +1,7 @@
-"""Rules about snippets of raw XML: they must be well-formed; in a URDF also names, duplicates and parents are checked.
+"""Rules about raw XML: snippets must be well-formed, and names and parents of URDF elements must be valid.
 
-Programs silently ignore elements with unknown names: Gazebo uses its default friction, or a controller waits forever
-for a missing joint.
+Programs silently ignore elements that refer to unknown names: Gazebo uses its default friction, or a controller waits
+forever for a missing joint.
 """
 
 import json
@@ -27,12 +27,12 @@ from .case import Case
 from .joints import WORLD_FRAMES
 
 _MAX_SUGGESTED = 3
-_AROUND = "urdf_elements"  # tag of the element that is wrapped around a snippet; no snippet closes it by mistake
+_AROUND = "urdf_elements"  # tag that is wrapped around a snippet to parse it; a snippet does not contain this tag
 _CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
 
 
 def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
-    """Yield (path, XML snippet) for each item of ``urdf_elements``."""
+    """Yield (path, XML snippet) for each item of ``urdf_elements`` of the robot, its joints, links and shapes."""
     robot = case.robot
     for index, text in enumerate(robot.urdf_elements):
         yield case.places.get(("urdf_element", str(index)), ("urdf_elements", index)), text
@@ -44,7 +44,7 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
 
 
 def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
-    """Yield (path, XML snippet, True for a top-level MJCF section) for each item of ``mjcf`` and ``mjcf_elements``."""
+    """Yield (path, XML snippet, is_top_level) for each item of ``mjcf`` (top level) and ``mjcf_elements``."""
     for index, text in enumerate(case.robot.mjcf):
         yield ("mjcf", index), text, True
     for link in case.robot.links:
@@ -54,7 +54,7 @@ def mjcf_texts(case: Case) -> Iterator[tuple[Path, str, bool]]:
 
 @rule("bad-xml", help="Write complete elements, such as `<gazebo>...</gazebo>`.", topic=NUMBERS)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
-    """A text of `urdf_elements`, `mjcf` or `mjcf_elements` is not made of complete XML elements."""
+    """An item of `urdf_elements`, `mjcf` or `mjcf_elements` does not consist of complete XML elements."""
     from rosorin_compile.source.xml.markup import MarkupError, parse
 
     for path, text in (*urdf_texts(case), *((path, text) for path, text, _ in mjcf_texts(case))):
@@ -80,11 +80,11 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 
 def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
-    """Move a diagnostic to ``name`` in line ``number`` of the XML snippet, if the YAML file contains it literally."""
+    """Return a diagnostic moved to ``name`` in line ``number`` of its XML snippet, or unchanged if not found."""
     if made.span is None:
         return made
     span, column = made.span, made.span.column - 1
-    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # begins one line below
+    is_block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # a block scalar begins one line below
     line = span.line + number - (0 if is_block else 1)
     form = re.compile(rf"(?<![\w./-]){re.escape(name)}(?![\w./-])")
     found = form.search(span.source.line(line), column if line == span.line else 0)
@@ -93,20 +93,20 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """A warning: `urdf_elements` name a link, joint or material that does not exist or is not in the URDF."""
+    """A warning: `urdf_elements` refer to a link, joint or material that does not exist or is not in the URDF."""
     mentions: dict[tuple[str, str], list[tuple[Reference, Path, int]]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
     for path, text in urdf_texts(case):
-        described = False  # the next <material> has a colour or texture; children precede their parent
+        described = False  # True if the next <material> has a colour or texture; children precede their parent
         for element in found_in(text):
             tags, name = element.tags, element.attributes.get("name")
             named = list(references(tags, element.attributes, element.text))
             if name and tags[0] not in REFERRING and tags[-1] in ("link", "joint", "body", "virtual_joint"):
-                own.add(name)  # an SDF element within <gazebo> defines the name
+                own.add(name)  # SDF elements within <gazebo> define names, too
             if tags[-2:] in (("material", "color"), ("material", "texture")):
                 described = True
-            elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # in <gazebo>, materials are Gazebo's
+            elif tags[0] != "gazebo" and tags[-1] == "material" and name:  # materials in <gazebo> are Gazebo's
                 materials |= {name} if described else set()
                 named.append(Reference(name, "material", "name", "the name of <material>"))
                 described = False
@@ -130,7 +130,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             message, uses = f'there is no {kind} "{name}"', sure or uses
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             help: Help = case.suggest(path, name, real, f"use a {kind} of the robot")
-            # Suggest names that only have a prefix in addition, which a part adds.
+            # Prefer names that only have an additional prefix, which a part may have added.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
             help = suggest(*longer[:_MAX_SUGGESTED]) if longer else help
         elif kind != "material" and carried and sure and name not in inside and name in both:
@@ -148,7 +148,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 
 @rule("duplicate-xml", help="Rename one of them; in a part, begin the name with `${prefix}`.", topic=NUMBERS)
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one."""
+    """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one of them."""
     first: dict[tuple[str, ...], Path] = {}
     for section in named_as("hardware block"):
         first |= {("<ros2_control>", name): (section, name) for name in case.section(section)}
@@ -162,7 +162,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
             if element.tag in ("ros2_control", "transmission"):
                 names.append((f"<{element.tag}>", element.get("name", "")))
             for child in element if element.tag == "gazebo" else ():
-                # In newer Gazebo, the name of a plug-in is its class, so several different elements may have it.
+                # In newer Gazebo, the name of a plug-in is its class, so only equal elements are duplicates.
                 same = [canonical(child)] if child.tag == "plugin" and "::" in child.get("name", "") else []
                 if child.tag in ("plugin", "sensor"):
                     names.append((f"<{child.tag}>", child.get("name", ""), element.get("reference", ""), *same))
@@ -179,7 +179,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("duplicate-xml", message, path, related=related)
 
 
-# The parents in which a URDF element is read, and the program that reads it.
+# URDF elements with the parents in which they are read, and the program that reads them.
 _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
     "ros2_control": (("robot",), "ros2_control"),
     "gazebo": (("robot",), "Gazebo"),
@@ -187,7 +187,7 @@ _READ_IN: Mapping[str, tuple[tuple[str, ...], str]] = {
     "hardware": (("ros2_control",), "ros2_control"),
     **dict.fromkeys(("command_interface", "state_interface"), (("joint", "gpio", "sensor"), "ros2_control")),
 }
-# Elements that Gazebo reads in a <gazebo> with a reference (gazebosim/sdformat: src/parser_urdf.cc).
+# Elements that Gazebo reads in a <gazebo> with the attribute "reference" (gazebosim/sdformat: src/parser_urdf.cc).
 _OF_LINKS = {
     *("mu1", "mu2", "fdir1", "kp", "kd", "maxVel", "minDepth", "maxContacts", "laserRetro", "material"),
     *("turnGravityOff", "dampingFactor", "visual", "collision"),
@@ -196,14 +196,14 @@ _OF_JOINTS = {
     *("springStiffness", "springReference", "stopCfm", "stopErp", "fudgeFactor", "initialJointPosition", "cfmDamping"),
     *("implicitSpringDamper", "provideFeedback", "preserveFixedJoint", "disableFixedJointLumping"),
 }
-# Elements that Gazebo reads in a <gazebo>, and URDF elements in which no program reads them.
+# Elements that Gazebo reads only in a <gazebo>, and URDF elements in which they are ignored.
 _OF_GAZEBO, _OF_URDF = ("sensor", "plugin"), ("robot", "link", "joint", "visual", "collision")
-_FREE = ("plugin", "script", "shader", "meta")  # elements with any contents, which are not SDF
+_FREE = ("plugin", "script", "shader", "meta")  # elements with arbitrary contents, which SDF does not define
 
 
 @cache
 def sdf_elements() -> Mapping[str, list[str]]:
-    """Return the SDF elements by parent element, in all supported versions."""
+    """Return the SDF elements that each parent element may contain, in any supported version of SDF."""
     data: Any = json.loads(files.read_text(data_folder("schemas") / "sdf_elements.json"))
     return dict(data["elements"])
 
@@ -216,7 +216,7 @@ def misplaced_elements(case: Case) -> Iterator[Diagnostic]:
         holder = purposes[0] if purposes else {"links": "link", "joints": "joint"}.get(str(path[0]), "robot")
         elements = found_in(text)
         for index, element in enumerate(elements):
-            # Parents follow their children in the list; only the outermost element has the attribute "reference".
+            # Children precede their parent in the list; only the outermost element has the attribute "reference".
             top = next(one for one in elements[index:] if len(one.tags) == 1)
             wrong = _misplaced(case, (holder, *element.tags), top.attributes.get("reference", ""))
             if wrong:
@@ -230,7 +230,6 @@ def misplaced_elements(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, Help] | None:
-    """Return (problem, help) for the element at the end of ``tags``, or None if a program reads it in these parents."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
@@ -258,7 +257,6 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:
-    """Report keys below ``elements`` of a sensor that are not SDF elements."""
     known = sdf_elements().get(parent, [])
     for name, value in elements.items() if isinstance(elements, Map) and known else ():
         if name in known:

@@ -70,10 +70,7 @@ class Bodies:
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> RoundedTransform:
-        """Return the pose of link ``target`` in the frame of link ``source``, with all joints at zero.
-
-        ``source`` is a link of the same body or of a body above.
-        """
+        """Return the pose of ``target``, a link of the same body or a body below, in ``source``, with joints at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent)).then(self.edge(joint))
@@ -193,10 +190,7 @@ class Pairing(NamedTuple):
 
 
 def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
-    """Match the links, joints and bodies of two robots.
-
-    ``prefix`` is the prefix of all names in ``b``, "" for none, or None to detect it.
-    """
+    """Match two robots link by link. ``prefix`` is the prefix of all names in ``b``; None detects the prefix."""
     robots, at = [a.robot, b.robot], 1
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
     if prefix is None:
@@ -239,10 +233,9 @@ def _split(one: Robot, other: Robot) -> frozenset[str]:
 
 
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
-    """Yield new, removed and renamed links and joints.
+    """Yield new, removed and renamed links and joints; links below a new or removed link are part of its item.
 
-    Links below a new or removed link are reported together with it. Links in ``not_carried`` are ignored, because the
-    format of a robot omits them. Renamed fixed joints are reported only if ``fixed_names`` is True.
+    Links in ``not_carried`` are ignored. Renamed fixed joints are ignored unless ``fixed_names`` is True.
     """
     a, b = pairing.a.robot, pairing.b.robot
     for robot, other, word in ((a, b, REMOVED), (b, a, NEW)):

@@ -160,11 +160,7 @@ class ShapeChange(NamedTuple):
 
 
 def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
-    """Return the solids of a link that differ between the old and the new shapes.
-
-    Returns:
-        The numbers of all solids (old, new), and the old and the new solids that have no equal counterpart.
-    """
+    """Return the numbers of solids (old, new), and the old and the new solids without an equal counterpart."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
     rest = match(old, new)

@@ -65,10 +65,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
-    """Convert a shape, but not a height map, to a solid.
-
-    The errors of its sizes are ``share`` times the errors of the printed numbers.
-    """
+    """Convert a shape, but not a height map, to a solid; ``share`` scales the error of its sizes."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
     kind = type(geometry).__name__.lower()

@@ -72,8 +72,8 @@ def compare_leaves(
 ) -> list[Difference]:
     """Return all values that differ between two dicts of values (see ``leaves``).
 
-    ``precisions`` return the errors of the old and of the new numbers. Differences up to ``tolerance`` are ignored as well:
-    relative to the larger number, but absolute for lengths and angles below 1 m or 1 rad.
+    ``precisions`` return the errors of the old and of the new numbers. Differences up to ``tolerance`` are ignored as
+    well; this is relative to the larger number, but absolute for lengths and angles below 1 m or 1 rad.
     """
     found: list[Difference] = []
     for thing in dict.fromkeys([*old, *new]):
@@ -386,10 +386,7 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
-    """Rename links or joints (``what`` is "link" or "joint") in a dict of values.
-
-    References are renamed only where ``new``, the values after the change, has the new name.
-    """
+    """Rename links or joints (``what``) in a dict of values, and references that have the new name in ``new``."""
     if not names:
         return found
     kinds = _LINKS if what == "link" else ("joint",)

@@ -306,7 +306,6 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 
 
 def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -> Iterable[str]:
-    """Return the names of a kind in a robot, without running code of the robot."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request
@@ -359,7 +358,7 @@ def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decora
 def words_argument(
     metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = ("robot", "argument")
 ) -> Decorator:
-    """Return a decorator that adds the argument ``words``, a list of all words after the options."""
+    """Return a decorator that adds the argument ``words``, a list of all words that are not options."""
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
 
@@ -396,18 +395,18 @@ fail_on_option = option("--fail-on error|warning|never", default="error", help=_
 
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the parameters of a command for several robots: their names, and the options that apply to each robot."""
+    """Return a decorator that adds the robots of a command, and the options that apply to each robot."""
     return combine(words_argument(metavar, help, **settings), robot_options)
 
 
 def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the parameters that all checks have: robots, the folder of artifacts, ``--summary`` and ``--fail-on``."""
+    """Return a decorator that adds the parameters of all checks: robots, output folder and report options."""
     summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
     return combine(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
 
 
 def page_options(what: str) -> Decorator:
-    """Return the options of commands that write an HTML page; ``what`` describes the page in the help."""
+    """Return a decorator that adds the options for an HTML page; ``what`` describes the page in the help."""
     limit = "with --html: size limit for all meshes together, in MB; default: 40"
     return combine(
         option("--html FILE", help=what, excludes="every_argument"),
@@ -417,7 +416,7 @@ def page_options(what: str) -> Decorator:
 
 
 def depfile_options(target: str) -> Decorator:
-    """Return the options for depfiles; ``target`` describes the default target in the help."""
+    """Return a decorator that adds the options for depfiles; ``target`` describes the default target."""
     help = "write the files that were read as a Make and Ninja depfile"
     return combine(
         option("--depfile FILE", help=help, excludes="hook dry_run every_argument"),
@@ -426,13 +425,13 @@ def depfile_options(target: str) -> Decorator:
 
 
 def mode_option(unnamed: str) -> Decorator:
-    """Return the option ``--mode``; ``unnamed`` describes the state of all other modes in the help."""
+    """Return a decorator that adds ``--mode``; ``unnamed`` describes the state of all other modes in the help."""
     help = f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}'
     return repeatable("--mode MODE", "modes", callback=_modes, help=help, offers="mode")
 
 
 def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:
-    """Return the options that set joint positions (default: zero), followed by the options ``more``."""
+    """Return a decorator that adds options for joint positions (default: zero), and the options ``more``."""
     position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overrides}"
     return combine(
         option("--pose POSE", default="", help="named pose of the description", offers="pose"),

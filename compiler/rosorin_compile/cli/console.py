@@ -141,7 +141,7 @@ class Console:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
-        """Report differences: print ``lines`` as text, or collect ``diagnostic``; ``what`` is for Markdown."""
+        """Report differences: print ``lines`` as text, or collect ``diagnostic``; Markdown also has ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:

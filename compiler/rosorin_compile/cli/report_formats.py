@@ -36,8 +36,6 @@ def from_workspace(path: str) -> str:
 
 
 def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Return diagnostics with their suggestions, and with paths relative to the top of the checkout."""
-
     def moved(span: Span | None) -> Span | None:
         return span and span._replace(source=span.source._replace(path=from_workspace(span.source.path)))
 

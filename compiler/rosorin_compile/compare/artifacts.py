@@ -40,13 +40,13 @@ class Pair(NamedTuple):
 
 
 def output_of(robot: Robot, artifact: Artifact) -> Output:
-    """Return the output of the robot for which an artifact was written, or one without options if there is none."""
+    """Return the ``Output`` of a robot to which an artifact belongs, or a new ``Output`` without options."""
     unnamed = Output(artifact.output, artifact.backend, artifact.file)
     return next((output for output in robot.outputs if output.name == artifact.output), unnamed)
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Parse the committed and the compiled text; return None if the format has no parser. Raises ValueError."""
+    """Parse an artifact's committed and compiled text; return None if its format has no parser. Raises ValueError."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None
@@ -65,7 +65,7 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
-    """Give links the names that they have in the robot if an option of the output renames them in the artifact."""
+    """Rename the links of an artifact to their names in the robot, if an option of the output renames them."""
     names = format.names(output) if format.names is not None else {}
     return walk.with_names(found, names, "link", {})
 
@@ -166,7 +166,7 @@ class Change(NamedTuple):
 
 
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
-    """Return each change with all outputs that contain it: links and joints from the root down, then the rest."""
+    """Return each change with all outputs that contain it: links and joints from the root down, then other entries."""
     changes: list[Change] = []
     for pair in pairs:
         for kind, names in pair.renamed.items():
@@ -308,7 +308,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if a change reports the same solids for another artifact, which can have capsules."""
+    """Return True if a change and a difference have the same solids; a cylinder can replace a capsule."""
     sides = []
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
@@ -319,7 +319,7 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
 
 
 def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[Difference]:
-    """Yield the differences except consequences of new or removed frames and of new joint types."""
+    """Yield the differences that are not a consequence of new or removed frames, or of new joint types."""
     before, after = links_of(pair.old), links_of(pair.new)
     changed = {one.address.name for one in differences if one.address.kind == "frame" and not one.address.quantity}
     came = {name for name in before ^ after if " " not in name} | changed
@@ -340,7 +340,7 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
             continue
         if kind in ("link", "height map") and (name in changed or (name in came and quantity)):
             continue
-        if kind == "link" and not quantity and name in before & after:  # both have the link, but one lacks its values
+        if kind == "link" and not quantity and name in before & after:  # only one side has values for it
             for word, value in (one.old or one.new).items():
                 yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
         elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):

@@ -38,7 +38,7 @@ class Line(NamedTuple):
 
 
 class Bodies:
-    """The bodies of a robot: links that are connected rigidly, by fixed joints except those in ``split``."""
+    """Groups the links of a robot into rigid bodies; the fixed joints ``split`` separate bodies, too."""
 
     def __init__(self, robot: Robot, precision: Precision, split: frozenset[str] = frozenset()) -> None:
         self.robot = robot
@@ -70,7 +70,7 @@ class Bodies:
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> RoundedTransform:
-        """Return the pose of ``target``, a link of the same body or a body below, in ``source``, with joints at zero."""
+        """Return the pose of ``target`` in the frame of ``source``, a link in the same or a higher body; joints are at 0."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent)).then(self.edge(joint))
@@ -106,8 +106,7 @@ class Bodies:
 def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:
     """Return the distance (m) and the angle (rad) between two poses, and the precision of both (m, rad).
 
-    The precision is ``tolerance`` plus the errors of the poses. A distance or an angle up to the precision is returned
-    as zero.
+    The precision is ``tolerance`` plus the errors of the poses. Values within the precision are returned as zero.
     """
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
@@ -121,7 +120,7 @@ def has_axis(joint: Joint) -> bool:
 
 
 def axis_gap(old: Line, new: Line, tolerance: float) -> Apart:
-    """Return how far (m) and by which angle (rad) an axis moved; values within the precision are zero."""
+    """Return how far (m) and by which angle (rad) an axis moved, or zeros within ``tolerance`` and rounding."""
     angle = angle_between(old.direction, new.direction)
     way, (x, y, z) = minus(new.point, old.point), old.direction
     along = dot(way, old.direction)
@@ -344,7 +343,7 @@ class _Frames:
         return gap(self.a.relative(*way), self.b.relative(*(other or way)), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
-        """Return the clusters whose motion relative to the nearest body that did not move is equal."""
+        """Return the clusters that move equally in both robots, relative to the nearest body that did not move."""
         joint = self.a.robot.joint_to[top]
         for upper in (body for body in self.a.above(top) if body in self.clusters):
             ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
@@ -397,7 +396,7 @@ class _Frames:
         self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
-        """Add the largest displacement of a link below the joint to the item about its changed axis."""
+        """Add to an item about a changed axis how far the change displaces the links below the joint."""
         reach = _SLIDE if joint.type == "prismatic" else _TURN
         lower, upper = -reach, reach
         for limit in (each.limit for each in (twin, joint) if each.type != "continuous"):

@@ -160,7 +160,7 @@ class ShapeChange(NamedTuple):
 
 
 def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
-    """Return the numbers of solids (old, new), and the old and the new solids without an equal counterpart."""
+    """Return the numbers of solids (old, new) of a link, and the old and new solids without an equal counterpart."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
     rest = match(old, new)
@@ -170,7 +170,7 @@ def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Describe which solids of a link were removed and added; ``counts`` are all its solids (before, after)."""
+    """Describe how the solids of a link changed; ``counts`` are the numbers of all its solids (old, new)."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
@@ -210,7 +210,6 @@ def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int,
 
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
-    """Describe how the colour, name, material or file of a solid changed."""
     tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
         yield sentences.colour_change(start, one.rgba, other.rgba)

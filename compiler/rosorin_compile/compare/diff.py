@@ -1,8 +1,8 @@
 """Compare the meaning of two robots, which can be in different formats, and report the differences.
 
-Links and joints of B first get the names of their counterparts in A (``bodies``). Then frames, masses, shapes and the
-sections of the description are compared. Shapes are compared as sets of solids, one set for all links that fixed joints
-connect. Values that a format does not support are reported as not compared, not as differences.
+Links and joints of B first get the names of their counterparts in A (``bodies``). Then frames, masses, shapes and other
+values are compared. Shapes are compared as sets of solids, one set for all links that are connected by fixed joints.
+Values that a format does not support are reported as not compared, not as differences.
 """
 
 import math

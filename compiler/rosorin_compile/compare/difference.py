@@ -67,7 +67,7 @@ class Report(NamedTuple):
 
 @dataclass(frozen=True)
 class Difference:
-    """The differences between two robots that have an effect; ``notes`` describe all other differences.
+    """The result of comparing two robots: ``items`` are differences with an effect, ``notes`` describe others.
 
     ``a`` and ``b`` are None if a robot could not be read or compared; ``diagnostics`` contains the errors.
     """

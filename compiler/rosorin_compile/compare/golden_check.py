@@ -119,7 +119,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
                 remark = f"different text; nothing that is compared by meaning differs: {_first_difference(old, new)}"
-                with suppress(ValueError, SyntaxError):  # spaces, comments or number formats differ
+                with suppress(ValueError, SyntaxError):  # compare without spaces and comments
                     if format.syntax is not None and format.syntax(old) == format.syntax(new):
                         remark = "same meaning, different text"
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE

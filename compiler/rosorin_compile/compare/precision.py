@@ -17,9 +17,9 @@ Precisions = tuple[Precision, Precision]  # for the old and for the new numbers
 NOISE = 1e-12
 # Accumulated rounding error of a chain of transforms (m, or an entry of a rotation matrix).
 POSE_NOISE = 1e-9
-# Factors from the error of one number to the error of a position, and to that of a rotation by three angles.
+# The error of a position (of three coordinates) or a rotation (of three angles), relative to that of a number.
 ROOT_THREE, TURNS = 3**0.5, 3.0
-# Only numbers with more characters show how many digits are printed: 0.1 can be exact.
+# Numbers with at most this many characters do not show how many digits are printed: 0.1 can be exact.
 _FEWEST = 6
 # The error of a number that is calculated from printed numbers is larger by this factor.
 _CALCULATED = 4.0
@@ -30,7 +30,7 @@ _IN_TEXT = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\
 
 
 def exact(key: str, *values: float) -> float:  # noqa: ARG001
-    """Return zero, the error of exact numbers. This function is a ``Precision``."""
+    """Return zero, the error of exact numbers, as a ``Precision`` function."""
     return 0.0
 
 

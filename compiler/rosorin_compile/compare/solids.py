@@ -163,7 +163,7 @@ def _points(solid: Solid) -> list[Vector]:
 
 
 def turned_by(one: Solid, other: Solid) -> float:
-    """Return the angle (rad) by which a solid is rotated relative to another, ignoring rotations about a round axis."""
+    """Return the angle (rad) between two solids; the rotation of a round solid about its axis is ignored."""
     if one.kind == other.kind == "sphere":
         return 0.0
     if one.kind == other.kind and one.kind in ROUND:
@@ -193,7 +193,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return the largest change (m) of faces, centres and sizes, or None if kinds or only rotations changed."""
+    """Return the largest change (m) of faces, centres and sizes, or None if a kind or only rotations changed."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

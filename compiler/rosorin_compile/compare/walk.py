@@ -311,7 +311,7 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             # Include nonzero defaults, so that a change from or to a default shows both numbers.
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
             if inner != default or has_numbers or (is_number(default) and default):
-                whole = name in ("values", "mjcf")  # the names of their keys are sufficient
+                whole = name in ("values", "mjcf")  # their keys need no prefix
                 _flatten(inner, path if whole else f"{path} {name.replace('_', ' ')}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
@@ -329,7 +329,7 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 
 def links_of(found: Leaves) -> set[str]:
-    """Return the names of all links and frames, including parent frames."""
+    """Return the names of all links and frames in a dict of values."""
     names = {name for kind, name in found if kind in ("frame", "link")}
     return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
 
@@ -386,7 +386,7 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
-    """Rename links or joints (``what``) in a dict of values, and references that have the new name in ``new``."""
+    """Rename links or joints (``what``) in a dict of values; references only where ``new`` has the new name."""
     if not names:
         return found
     kinds = _LINKS if what == "link" else ("joint",)

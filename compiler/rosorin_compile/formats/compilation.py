@@ -62,7 +62,7 @@ class Understood(NamedTuple):
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of a robot in a list for ``sweep``."""
+    """A variant of a robot that ``sweep`` compiles, with the arguments to set."""
 
     name: str
     arguments: Map
@@ -134,7 +134,7 @@ class RobotReader:
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
     ) -> ImportedRobot:
-        """Import the file of ``entry``, an entry of ``include`` at position ``by`` without expressions."""
+        """Import the file that an entry of ``include`` refers to; ``by`` is the source position of the entry."""
         call = entry if "macro" in entry else None
         options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
         imported = read_robot(path, options, by)
@@ -226,8 +226,7 @@ def compile_robot(
 ) -> CompileResult:
     """Compile the description at ``path``. Errors in files are returned as diagnostics.
 
-    ``search`` finds the mesh files, and ``exact`` prints numbers with all digits. For other arguments, see
-    ``understand``.
+    ``search`` finds the mesh files; ``exact`` prints numbers with all digits. See ``understand`` for other arguments.
     """
 
     def with_all_digits(output: Output) -> Output:
@@ -297,7 +296,7 @@ def emit(
 
 
 def emit_published(understood: Understood, path: Path) -> CompileResult:
-    """Generate the URDF of a robot from ``understand_foreign``; the text of a URDF file is returned unchanged."""
+    """Generate the URDF of a robot in another format; the text of a URDF file is returned unchanged."""
     compiled = emit(understood, path)
     if path.suffix.lower() in FORMATS.published_format().endings:
         text = read_text(path, errors="replace")

@@ -170,12 +170,12 @@ class Format:
     about: str = "another artifact"  # purpose, for lists of formats
     rank: int = 1000  # position in lists of formats, in ascending order
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # JSON Schema of each option
-    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # errors in ``options``
-    rules: tuple[Rule, ...] = ()  # rules of its diagnostics, for plug-ins
+    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # yields errors in ``options``
+    rules: tuple[Rule, ...] = ()  # rules that its diagnostics belong to, for plug-ins
     file: str = ""  # default file name; {} is replaced by the name of the robot
     endings: tuple[str, ...] = ()  # file name extensions
     roots: tuple[str, ...] = ()  # tags of the root element, for XML
-    recognises: Callable[[Document, Path], bool] | None = None  # detects an XML file; overrides ``roots``
+    recognises: Callable[[Document, Path], bool] | None = None  # True for XML in this format; overrides ``roots``
 
     write: Writer | None = None
     view: Callable[[Robot, Output], Any] | None = None  # values that an artifact must contain
@@ -201,18 +201,18 @@ class Format:
     prove: Callable[[ImportedRobot, str, Mapping[str, str]], Proof] | None = None
     # Functions and flags for comparing two robots or the texts of two artifacts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # links that an output contains
-    leaves_out: Callable[[Robot, str], bool] | None = None  # True if no artifact contains a link
+    leaves_out: Callable[[Robot, str], bool] | None = None  # True if no artifact contains the link
     why: str = ""  # reason for ``leaves_out``
-    adds: Callable[[Robot, str, Robot], bool] | None = None  # True if the writer added a link
-    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # URDF elements generated from keys
+    adds: Callable[[Robot, str, Robot], bool] | None = None  # True if the writer of a file added the link
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # URDF elements that an output generates
     names_robot: bool = True  # whether its files contain the name of the robot
     names: Callable[[Output], Mapping[str, str]] | None = None  # {name in an artifact: link}
-    syntax: Callable[[str], object] | None = None  # text without layout and comments; raises ValueError, SyntaxError
+    syntax: Callable[[str], object] | None = None  # syntax tree of a text; raises ValueError, SyntaxError
     schema: str = ""  # name of its JSON Schema in ``schemas/``
-    data: Callable[[str], Any] | None = None  # parses other texts than JSON for ``schema``; raises ValueError
+    data: Callable[[str], Any] | None = None  # converts a text that is not JSON for ``schema``; raises ValueError
     differ: Callable[[str, str], str] | None = None  # describes the difference of two texts with equal values
     shown: bool = True  # readable for people, so that ``check`` prints a diff
-    refusal: Callable[[str, Path], Refusal] | None = None  # loads (text, folder) in an engine
+    refusal: Callable[[str, Path], Refusal] | None = None  # loads an artifact (text, folder) in an engine
     # Files on which an artifact depends.
     located: bool = False  # artifacts contain paths of other artifacts, so ``package`` does not copy them
     meshes: bool = False  # artifacts refer to meshes in the same way as a URDF
@@ -225,7 +225,7 @@ class Format:
     feeds: tuple[str, ...] = ()  # ROS nodes that read artifacts, such as robot_state_publisher
     withheld: Callable[[Output], bool] | None = None  # True if these nodes must not read an output
     folder: str = ""  # folder in a ROS package; default: by file extension
-    deploys: bool = False  # ``deploy`` copies it even if the target has no earlier copy
+    deploys: bool = False  # ``deploy`` copies an artifact even if the target package has no earlier copy
     robot_of: Callable[[Path], str] | None = None  # name of the robot, if files have no header comment
 
     @property
@@ -338,7 +338,7 @@ def reason(format: Format, output: Output, key: str, one_way: bool = False) -> U
 
 
 def lacks(format: Format, key: str) -> bool:
-    """Return True if a robot that is read from a format never has a key, given the default options of the format."""
+    """Return True if robots that are read from files in a format (with default options) never have a key."""
     return reason(format, Output(format.name, format.name, ""), key, one_way=True) is not None
 
 

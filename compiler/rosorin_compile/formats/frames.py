@@ -97,7 +97,7 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     return [(reason, ", ".join(dict.fromkeys(name for why, name in found if why == reason))) for reason in reasons]
 
 
-@lru_cache(maxsize=1_000)  # frame names repeat as parents
+@lru_cache(maxsize=1_000)  # cached, because frame names repeat as parents
 def _escape(text: str) -> str:
     return _MARKS.sub(r"\\\g<0>", " ".join(map(str.strip, text.splitlines())))
 

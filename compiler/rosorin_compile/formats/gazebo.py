@@ -261,7 +261,7 @@ class _Mounting:
             yield from self._pieces(child)
 
     def _dropped_with(self, link: str) -> str:
-        """Return the massless link above with which Gazebo drops ``link``, or "" if Gazebo keeps it."""
+        """Return the massless link above that makes Gazebo drop ``link``, or "" if Gazebo keeps it."""
         masses, link = self.content.masses, self._top(link)
         while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
             if link not in self.above:

@@ -34,7 +34,7 @@ class Comment:
 
     text: str
     span: Span
-    path: TreePath  # YAML path of the entry about which it is; ("robot",) before the root element
+    path: TreePath  # YAML path of the commented entry; ("robot",) before the root element
     where: str = BEFORE  # BEFORE the entry, BESIDE its last line, INSIDE it, or at the END of the file
 
 

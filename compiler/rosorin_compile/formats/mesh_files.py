@@ -135,7 +135,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
-    """Add the contents of files that are written next to the artifacts in ``folder`` to the result of a search."""
+    """Add to the result of a search the contents of the files that must be written to the output folder."""
     if has_errors(searched.diagnostics):
         return searched
     contents, diagnostics, unreadable = dict[str, bytes](), [*searched.diagnostics], list[NamedFile]()
@@ -294,7 +294,7 @@ class _Search:
         return None
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
-        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF search packages
+        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF find packages themselves
         help, folders = "put the file next to the description, or correct the name", [*one.folders, self.main]
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
@@ -350,7 +350,7 @@ class _Search:
                 self._ambiguous(f"{what}, and differ", one.spans[0], first)
 
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
-        """Report a file name that stands for different files in different folders of the description."""
+        """Report a file name that refers to different files, depending on the folder of the YAML file."""
         scheme, rest = one.address
         is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES) or self._leads_out(one)
         for folder in () if len(one.folders) == 1 or is_fixed else one.folders:
@@ -391,7 +391,7 @@ class _Search:
 
 
 def _folders_above(one: NamedFile) -> Iterator[Path]:
-    """Yield the folders above an imported file, which paths in the file may be relative to."""
+    """Yield folders above an imported file, because paths in the file may be relative to one of these."""
     for span in one.spans:
         path = Path(os.path.abspath(span.source.path))
         if path.suffix not in ENDINGS:
@@ -399,7 +399,6 @@ def _folders_above(one: NamedFile) -> Iterator[Path]:
 
 
 def _relative_to(place: str, name: str) -> str:
-    """Convert a path relative to an artifact to a path relative to the output folder."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(place), name))
 
 

@@ -38,7 +38,7 @@ _OTHER_FORMATS = {
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> ImportedRobot:
-    """Import a robot. Errors are diagnostics; ``asked`` is the position of the reference to the file, if any."""
+    """Import a robot from a file. Errors become diagnostics, at the position ``asked`` if the file is unreadable."""
     Progress.step(f"reading {path.name}")
     notes, more = list[Diagnostic](), plugged_diagnostics()  # an invalid plug-in may define this format
     try:
@@ -176,7 +176,7 @@ def outputs_of(imported: ImportedRobot, why: str = "") -> Outputs:
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
-    """Add an ``accept`` entry for each tolerated rule violation; return the tree (None after errors), diagnostics."""
+    """Suppress tolerated rule violations with ``accept``. Return the tree (None after errors) and diagnostics."""
     Progress.step("validating")
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:

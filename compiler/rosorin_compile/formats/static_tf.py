@@ -95,7 +95,7 @@ StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diag
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the nodes that always run, the nodes that run only in some modes, and diagnostics."""
+    """Return the static_transform_publisher nodes that always run, the nodes for some modes, and diagnostics."""
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
     always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
@@ -278,7 +278,7 @@ LIST = replace(
 
 
 def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
-    """Map each name to a launch argument of the same name, or with the prefix ``before`` if that is taken."""
+    """Map each name to a free launch argument: the name, or with the prefix ``before`` if the name is taken."""
     names, taken = list(names), set(taken)
     free = {name: name for name in names if name not in taken}
     for name in names:
@@ -322,7 +322,7 @@ def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
 
 
 def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
-    """Format a condition as Python code that starts ``before`` columns after an indentation of ``indent``."""
+    """Format a condition as a Python expression that starts at column ``indent + before``, wrapped if too long."""
     word, *operands = condition
     if word == MODE or not operands:
         return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)

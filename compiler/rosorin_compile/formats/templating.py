@@ -186,7 +186,7 @@ class _Rendered(NamedTuple):
 
 
 class _OutOfTime(BaseException):
-    """Raised when the CPU time is exceeded. Not an ``Exception``, which Jinja could catch."""
+    """Raised when the limit of the CPU time is exceeded. Not an ``Exception``, because Jinja catches these."""
 
 
 def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, Any]) -> _Rendered:
@@ -229,7 +229,7 @@ def render_request() -> None:
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # generates random text
         del sandbox.filters["random"]  # artifacts must be reproducible
-        with suppress(ImportError):  # not on Windows, which the parent reports
+        with suppress(ImportError):  # Windows lacks this module, which the parent reports
             import resource
 
             signal.signal(signal.SIGXCPU, stop)

@@ -111,7 +111,7 @@ class XmlReader:
         return element.attributes[name].value if name in element.attributes else None
 
     def need(self, element: Element, *names: str) -> None:
-        """Report missing attributes, except those that another attribute seems to be a misspelling of."""
+        """Report missing attributes, unless the element has a misspelled attribute in place of them."""
         missing = [name for name in names if name not in element.attributes]
         if missing and not self.options.lenient:
             strange = [other for other in element.attributes if other not in self.attributes]

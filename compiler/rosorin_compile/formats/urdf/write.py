@@ -295,7 +295,7 @@ class Content:
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
-    """Return each joint, with those of its links that no earlier joint has, or only the root link."""
+    """Return each joint with the links that no earlier joint has; without joints, return only the root link."""
     visited: set[str] = set()
     groups: list[tuple[list[str], Joint | None]] = [] if joints else [([robot.root], None)]
     for joint in joints:

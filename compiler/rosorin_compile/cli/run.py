@@ -91,7 +91,7 @@ class Run(SimpleNamespace):
         return found[0]
 
     def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
-        """Return the robot (by default the only one) and the last ``count`` words. Raises RequestError."""
+        """Return the robot (by default the only robot) and the last ``count`` words. Raises RequestError."""
         if not count <= len(self.words) <= count + 1:
             raise RequestError(f"write rosorin-compile {self.called} {usage}")
         return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]

@@ -70,7 +70,7 @@ class Bodies:
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> RoundedTransform:
-        """Return the pose of ``target`` in the frame of ``source``, a link in the same or a higher body; joints are at 0."""
+        """Return the pose of ``target`` in ``source``, a link in the same or a higher body; all joints are at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent)).then(self.edge(joint))

@@ -53,7 +53,7 @@ class Item:
     unit: str = ""
     distance: float | None = None  # how far a frame or a shape moved (m)
     angle: float | None = None  # by which angle it turned (rad)
-    when: str = ""  # joint positions with a difference: "always", "away from 0", or "" if irrelevant
+    when: str = ""  # joint positions at which the robots differ: "always" or "away from 0"
     at: Mapping[str, float] = field(default_factory=dict)  # {joint: position} (rad or m) of the largest difference
 
 

@@ -153,8 +153,7 @@ def describe_move(
     """Describe how the pose of a frame changed, ignoring changes up to ``least`` (m, rad).
 
     ``parents`` and ``poses`` are (old, new). ``apart`` is the distance (m) and the angle (rad) between the poses,
-    ``others`` are frames that moved together with this frame. If the parent changed, only the coordinates are
-    described.
+    ``others`` moved together with this frame. If the parent changed, only the coordinates are described.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(poses[0], poses[1], apart, least)

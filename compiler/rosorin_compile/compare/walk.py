@@ -352,7 +352,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
-    """Map features that identify a link, such as the joint above, to its name; omit ambiguous features."""
+    """Map joints, children or places (``sign``) that identify a link to the link; omit ambiguous features."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
     roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []

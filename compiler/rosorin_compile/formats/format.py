@@ -307,7 +307,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.collision.*.contact.friction.1": Unsupported("only sliding friction"),
     **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
 }
-# Keys for nodes that publish frames. Sensors are written as links and joints, and read back as such.
+# Keys for nodes that publish frames. Sensors are written as links, and read back as links.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {
     **_quiet("for launch files", "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
     "sensors": Unsupported("sensors are read as links", one_way=True),

@@ -133,7 +133,7 @@ def drive_blocks(
         if not name or not joint.moves or kind not in _PLUGINS or is_braked:
             without.append(actuator.name or joint.name)
             continue
-        # MuJoCo applies the damping of an actuator at the joint, like kv. In MuJoCo, kp and kv default to 1.
+        # MuJoCo applies the damping of an actuator at the joint, so it acts like kv. kp and kv default to 1.
         gains = {"p_gain": actuator.kv or 1.0} if kind == VELOCITY else {}
         if kind == POSITION:
             gains = {"p_gain": 1.0 if actuator.kp is None else actuator.kp, "d_gain": actuator.kv + actuator.damping}

@@ -151,7 +151,7 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
 
 
 class Proof(NamedTuple):
-    """The differences between an imported file and its conversion after both were loaded in the engine."""
+    """The differences between an imported file and its conversion, after loading both in an engine such as MuJoCo."""
 
     wrong: Mapping[str, Sequence[str]] = {}  # {field of the engine: unexpected differences}
     known: Mapping[str, Sequence[str]] = {}  # {field: differences that the import reported}

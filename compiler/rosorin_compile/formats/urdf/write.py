@@ -111,7 +111,7 @@ def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, T
 
 
 def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
-    """Return the inertials of the links ``carried``, with those of omitted links added. Raises ValueError."""
+    """Return the inertials of the links in a URDF (``carried``), merged with omitted links. Raises ValueError."""
     parts: dict[str, list[tuple[Inertial, Transform]]] = {}
     for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
         inertial = robot.link[name].inertial
@@ -123,7 +123,7 @@ def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
 
 @of_robot
 def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, height_maps: str) -> Sequence[Shape]:
-    """Return the visual or collision shapes of a link, after those of omitted links that are fixed to it."""
+    """Return the visual or collision shapes of a link, preceded by shapes of fixed links that the URDF omits."""
     moved, own = list[Shape](), list[Shape]()
     visited, waiting = {link}, [(link, Transform())]
     while waiting:

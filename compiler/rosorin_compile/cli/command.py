@@ -1,4 +1,4 @@
-"""Define and run commands, and complete words in a shell without running code of a robot."""
+"""Define and run commands, and provide shell completion that never runs code of a robot."""
 
 import os
 import re

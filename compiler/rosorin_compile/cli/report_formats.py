@@ -26,7 +26,7 @@ _MOST_LINES = (500, 50, 10)  # lines per block; the first number with which the 
 
 
 def from_workspace(path: str) -> str:
-    """Convert a path to be relative to the root of the checkout; a GitHub job can run in a subfolder."""
+    """Make a path relative to the root of the checkout, because a GitHub job can run in a subfolder."""
     top = os.environ.get("GITHUB_WORKSPACE", "")
     try:
         relative = os.path.relpath(files.resolve(path), files.resolve(top)) if top else os.pardir

@@ -40,7 +40,7 @@ class Pair(NamedTuple):
 
 
 def output_of(robot: Robot, artifact: Artifact) -> Output:
-    """Return the ``Output`` of a robot to which an artifact belongs, or a new ``Output`` without options."""
+    """Return the robot's ``Output`` that has the name in an artifact, or a new ``Output`` without options."""
     unnamed = Output(artifact.output, artifact.backend, artifact.file)
     return next((output for output in robot.outputs if output.name == artifact.output), unnamed)
 

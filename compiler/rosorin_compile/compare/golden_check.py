@@ -56,7 +56,7 @@ def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
 
 
 def shorten(lines: Sequence[str]) -> list[str]:
-    """Shorten a diff: cut long lines, and replace the lines after the first 40 by their number."""
+    """Shorten a diff: cut long lines, keep the first 40 lines, and append the number of omitted lines."""
     more = [f"... {len(lines) - MAX_LINES} more lines (--full shows them)"] if len(lines) > MAX_LINES else []
     return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
 

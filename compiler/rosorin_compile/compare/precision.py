@@ -17,7 +17,7 @@ Precisions = tuple[Precision, Precision]  # for the old and for the new numbers
 NOISE = 1e-12
 # Accumulated rounding error of a chain of transforms (m, or an entry of a rotation matrix).
 POSE_NOISE = 1e-9
-# The error of a position (of three coordinates) or a rotation (of three angles), relative to that of a number.
+# Factors from the error of a single number to that of a position (three coordinates) or rotation (three angles).
 ROOT_THREE, TURNS = 3**0.5, 3.0
 # Numbers with at most this many characters do not show how many digits are printed: 0.1 can be exact.
 _FEWEST = 6
@@ -67,7 +67,7 @@ def join_errors(first: float, second: float) -> float:
 
 
 def same_number(first: float, second: float, tolerance: float = NOISE) -> bool:
-    """Return True if two numbers differ by at most ``tolerance``, relative to the larger number if that is above 1."""
+    """Return True if two numbers are equal within ``tolerance``, relative to the larger number or to 1."""
     return abs(first - second) <= tolerance * max(1.0, abs(first), abs(second))
 
 

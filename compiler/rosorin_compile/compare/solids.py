@@ -92,7 +92,7 @@ def _words(shape: Shape) -> tuple[str, ...]:
 
 
 class Matches(NamedTuple):
-    """The result of matching two sets of solids: index pairs of equal solids, and indices of the unmatched ones."""
+    """The result of matching two sets of solids: index pairs of equal solids, and indices of unmatched solids."""
 
     pairs: list[tuple[int, int]]
     old: list[int]

@@ -151,7 +151,11 @@ def understand(
     requested: Sequence[str] = (),
     cache: dict[Any, Any] | None = None,
 ) -> Understood:
-    """Load and check the description at ``path``; ``tell`` receives warnings before untrusted code is run."""
+    """Load and check the description at ``path``.
+
+    ``tell`` receives warnings before untrusted code is run. ``requested`` are names of outputs or formats, by default
+    all.
+    """
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Artifact:
-    """A generated file, with its path in the output folder."""
+    """A generated file: its path in the output folder, its text, its format and the name of its output."""
 
     file: str
     text: str = field(repr=False)

@@ -386,7 +386,7 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
-    """Rename links or joints (``what``) in a dict of values; references only where ``new`` has the new name."""
+    """Rename links or joints (``what``) in a dict of values; rename references only if ``new`` has the new name."""
     if not names:
         return found
     kinds = _LINKS if what == "link" else ("joint",)

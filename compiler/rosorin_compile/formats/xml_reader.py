@@ -63,7 +63,7 @@ class XmlReader:
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
-        """Report a mistake as an error or, with --lenient, as a note that states ``instead``. Return True for a note."""
+        """Report a mistake as an error, or with --lenient as a note that states ``instead``. Return True for a note."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
         elif rule not in acceptable():  # other mistakes are reported by the rule

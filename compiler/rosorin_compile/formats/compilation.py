@@ -153,8 +153,7 @@ def understand(
 ) -> Understood:
     """Load and check the description at ``path``.
 
-    ``tell`` receives warnings before untrusted code is run. ``requested`` are names of outputs or formats (default:
-    all).
+    ``tell`` receives warnings before untrusted code is run; ``requested`` are names of outputs or formats.
     """
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 

@@ -430,7 +430,7 @@ class _Reader(XmlReader):
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:
-        """Remove material names from visuals with another colour, because urdfdom would use the first colour."""
+        """Remove material names from visuals that look different: urdfdom would use the first material for all."""
 
         def look(entry: Map) -> tuple[object, object] | None:
             rgba, texture = entry.get("rgba"), entry.get("texture")

@@ -1,1 +1,1 @@
-"""The command line: modules of commands, which use ``command`` (options), ``run`` (input) and ``console`` (output)."""
+"""The command line. Modules of commands use ``command`` (options), ``run`` (input) and ``console`` (output)."""

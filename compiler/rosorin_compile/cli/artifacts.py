@@ -1,4 +1,4 @@
-"""rosorin-compile all and print: compile robots and write their artifacts, or print one artifact and nothing else."""
+"""rosorin-compile all and print: compile robots, and write their artifacts or print a single artifact."""
 
 import os
 from pathlib import Path
@@ -62,7 +62,7 @@ def _write(run: Run, description: Description) -> int:
     done = "; ".join(f"{word}: {', '.join(names)}" for word, names in changes.items() if names) or "unchanged"
     console.say(f"{description.name}: {count(files, meshes)} in {result.folder}, {done}")
     if run.depfile is not None:
-        # Do not touch a mesh that was also read as an input: it would always be newer than the artifacts.
+        # Keep the time of a mesh that was also read as an input, or it would always be newer than the artifacts.
         read = {os.path.realpath(file) for file in inputs}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
@@ -115,7 +115,7 @@ def run_print(run: Run) -> int:
     (artifact,) = compiled.artifacts
     data = encode(artifact.file, artifact.text)
     if run.output is not None:
-        # Replace an existing file only if this tool has written it, including files that cannot contain its mark.
+        # Replace an existing file only if this tool has written it; ``robot_of`` detects formats without comments.
         path, robot_of = Path(run.output), FORMATS[artifact.backend].robot_of
         known = is_remembered(path)
         write_file(path, data, inputs, lambda old: known or may_replace(old) or bool(robot_of and robot_of(old)))

@@ -47,7 +47,7 @@ _SUBMODULE = "160000"  # the file mode of a submodule in the Git index
 @cli.page_options("write a page that shows the robots, as committed and as compiled, and the changes")
 @cli.depfile_options("required with --depfile")
 def run_check(run: Run) -> int:
-    """Compile each robot and compare with its artifacts."""
+    """Compile each robot and compare it with its committed artifacts."""
     if not run.staged:
         return _check(run)
     if absolute := [word for word in run.words if Path(word).is_absolute()]:
@@ -63,16 +63,15 @@ def run_check(run: Run) -> int:
 
 
 def _check_out_index(here: Path, copy: Path) -> Path:
-    """Check out the Git index of the repository that contains ``here`` to ``copy``; return the path of ``here`` there.
+    """Copy the files in the Git index to ``copy``, and return the folder there that corresponds to ``here``.
 
-    Submodules are symbolic links. In a hook, Git selects the index of the commit in progress. Raises RequestError if
-    Git or a repository is missing, or if the index has conflicts.
+    Submodules become symbolic links. In a hook, Git selects the index of the commit in progress. Raises RequestError.
     """
 
     def git(folder: Path, *arguments: str) -> str:
         words = ["git", "-C", str(folder), *arguments]
         try:
-            done = subprocess.run(words, capture_output=True, check=False)  # noqa: S603 - the user's own Git
+            done = subprocess.run(words, capture_output=True, check=False)  # noqa: S603 - runs the user's Git
         except FileNotFoundError:
             raise RequestError("--staged: Git is not installed") from None
         if done.returncode:
@@ -105,7 +104,7 @@ def _check(run: Run) -> int:
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
-    """Compile one robot and compare it with its outputs folder; add the changes to the HTML page, if there is one."""
+    """Compile a robot and compare it with its outputs folder; show the changes on the HTML page, if any."""
     console, name, request = run.console, description.name, run.request(description)
     on_stdin = description.path == Description.ON_STDIN
     checked = api.CheckResult(request.compile(), description.outputs) if on_stdin else api.check(request)
@@ -141,7 +140,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
 
 
 def _check_every(run: Run, description: Description) -> int:
-    """Compile one robot with every combination of arguments; report each problem once, with its cause."""
+    """Compile a robot with every combination of arguments; report each problem once, with its arguments."""
     request = run.request(description)
     declared = api.arguments(request)
     if has_errors(declared.diagnostics):
@@ -158,7 +157,7 @@ def _check_every(run: Run, description: Description) -> int:
         for diagnostic in compiled.diagnostics:
             if diagnostic.severity != NOTE:
                 found.setdefault(diagnostic, []).append(combination)
-        request = replace(request, warn=lambda _: None)  # the first combination has printed the warnings
+        request = replace(request, warn=lambda _: None)  # print warnings only for the first combination
     run.console.show(arrange(replace(d, message=d.message + _causes(varied, tried, at)) for d, at in found.items()))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == ERROR for one in where}
     total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)

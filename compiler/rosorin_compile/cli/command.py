@@ -1,4 +1,4 @@
-"""Define and run commands, and complete their words in a shell, without running code of a robot."""
+"""Define and run commands, and provide shell completion that never runs code of a robot."""
 
 import os
 import re
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 CHECK = "check"  # the command whose subcommands are checks
-# For each heading of the help: the commands, with the module that defines the command and a line of help.
+# {heading in the help: {command: (module that defines the command, line of help)}}
 COMMANDS = {
     "describe and compile": {
         "init": ("import_robot", "create a new robot description"),
@@ -77,7 +77,7 @@ _HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
 
 
 class Entry(NamedTuple):
-    """A command or check as the help lists it."""
+    """A command or check in the list of the help."""
 
     name: str
     group: str
@@ -168,14 +168,14 @@ class Command(click.Command):
         return super().make_context(info_name, args, parent, **extra)
 
     def start(self, ctx: click.Context) -> "Run":
-        """Create the run from the parsed options of a context. Raises RequestError for invalid options."""
+        """Create the ``Run`` of this command from the parsed options. Raises RequestError for invalid options."""
         from .run import Run  # slow to import: it imports the readers of robots
 
         values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
         return Run(self.called, ctx.obj or Console(), **values)
 
     def invoke(self, ctx: click.Context) -> int:
-        """Run this command; return the exit code. Raises RequestError, PluginFailed."""
+        """Run this command; return the exit code. Raises RequestError, or PluginFailed for an invalid result."""
         console: Console = ctx.obj
         console.form, console.quiet, console.verbose = (ctx.params[name] for name in ("format", "quiet", "verbose"))
         run = self.start(ctx)
@@ -212,11 +212,11 @@ class Command(click.Command):
                     formatter.write_dl(list(rows))
 
     def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write nothing: ``format_options`` writes the arguments."""
+        """Do nothing, because ``format_options`` writes the arguments."""
 
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Command]:
-    """Return a decorator that makes a command of a function with a ``Run``; ``help`` defaults to that in COMMANDS."""
+    """Return a decorator that converts a function to a Command; for names in COMMANDS, ``help`` is optional."""
     if "help" not in settings:
         entry = BUILT_IN["checks" if within == CHECK else "commands"][name]
         settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
@@ -232,7 +232,7 @@ def command(name: str, within: str = "", **settings: Any) -> Callable[[Work], Co
 check = partial(command, within=CHECK)
 
 
-class FileName(click.Path):  # type: ignore[type-arg,unused-ignore] # generic in some versions
+class FileName(click.Path):  # type: ignore[type-arg,unused-ignore] # generic in some versions of click
     """The name of a file or folder, which must not be empty."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -249,7 +249,7 @@ def _pairs(_: click.Context, param: click.Parameter, values: Sequence[str]) -> d
 
 
 def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict[str, bool]:
-    """Parse modes to True (on) or False (off): slam, "not slam", slam=on or slam=off."""
+    """Parse modes, such as "slam", "not slam", "slam=on" or "slam=off", to {mode: is on}."""
     modes: dict[str, bool] = {}
     for value in values:
         match = re.fullmatch(r"\s*(not\s+)?([^\s=]+)\s*(?:=(on|off))?", value)
@@ -262,13 +262,13 @@ def _modes(_: click.Context, __: click.Parameter, values: Sequence[str]) -> dict
     return modes
 
 
-# For each kind of names in a robot that a shell completes: the kinds of symbols in the description.
+# {kind of names that a shell completes: kinds of symbols in the description}
 _OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
 
 def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Return a function for shell completion of names; the kind "joint=" completes names of joints followed by "="."""
+    """Return a function that completes names of these kinds; "joint=" stands for joint names followed by "="."""
 
     def visible_options(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
@@ -284,7 +284,7 @@ def complete(*kinds: str) -> Callable[[click.Context, click.Parameter, str], lis
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
-    """Map the names of a kind to the help that a shell lists with each completion."""
+    """Map the names of a kind to the help that a shell shows for each completion."""
     from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, nearest_descriptions
     from rosorin_compile.source.rule_registry import find
@@ -306,7 +306,6 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 
 
 def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -> Iterable[str]:
-    """Return the names of a kind that a robot defines; do not run code of the robot."""
     from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request
@@ -324,7 +323,7 @@ def _names_of_robot(kind: str, description: "Description", ctx: click.Context) -
 
 
 def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
-    """Return a decorator that adds an ``Option``; unlike one of click 8.0, it can decorate several functions.
+    """Return a decorator that adds an ``Option``. It can decorate several functions, which click 8.0 does not allow.
 
     A name may be followed by its metavar, as in ``--name NAME``. FILE and FOLDER are paths, ``a|b`` are choices, and
     NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; ``settings`` are passed to click.
@@ -359,7 +358,7 @@ def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decora
 def words_argument(
     metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = ("robot", "argument")
 ) -> Decorator:
-    """Return a decorator that adds all arguments of a command as ``words``."""
+    """Return a decorator that adds the argument ``words``, a list of all words that are not options."""
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
 
@@ -396,18 +395,18 @@ fail_on_option = option("--fail-on error|warning|never", default="error", help=_
 
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the parameters of a command for several robots: their names, and the options that apply to each robot."""
+    """Return a decorator that adds the robots of a command, and the options that apply to each robot."""
     return combine(words_argument(metavar, help, **settings), robot_options)
 
 
 def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
-    """Return the parameters that all checks have: robots, the folder of artifacts, ``--summary`` and ``--fail-on``."""
+    """Return a decorator that adds the parameters of all checks: robots, output folder and report options."""
     summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
     return combine(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
 
 
 def page_options(what: str) -> Decorator:
-    """Return the options of commands that write an HTML page; ``what`` describes the page in the help."""
+    """Return a decorator that adds the options for an HTML page; ``what`` describes the page in the help."""
     limit = "with --html: size limit for all meshes together, in MB; default: 40"
     return combine(
         option("--html FILE", help=what, excludes="every_argument"),
@@ -417,7 +416,7 @@ def page_options(what: str) -> Decorator:
 
 
 def depfile_options(target: str) -> Decorator:
-    """Return the options for depfiles; ``target`` describes the default target in the help."""
+    """Return a decorator that adds the options for depfiles; ``target`` describes the default target."""
     help = "write the files that were read as a Make and Ninja depfile"
     return combine(
         option("--depfile FILE", help=help, excludes="hook dry_run every_argument"),
@@ -426,13 +425,13 @@ def depfile_options(target: str) -> Decorator:
 
 
 def mode_option(unnamed: str) -> Decorator:
-    """Return the option ``--mode``; ``unnamed`` describes, in the help, the state of modes that it does not set."""
+    """Return a decorator that adds ``--mode``; ``unnamed`` describes the state of all other modes in the help."""
     help = f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}'
     return repeatable("--mode MODE", "modes", callback=_modes, help=help, offers="mode")
 
 
 def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:
-    """Return the options that set the positions of joints, by default zero, and the options ``more``."""
+    """Return a decorator that adds options for joint positions (default: zero), and the options ``more``."""
     position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overrides}"
     return combine(
         option("--pose POSE", default="", help="named pose of the description", offers="pose"),

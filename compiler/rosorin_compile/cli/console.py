@@ -26,14 +26,14 @@ FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # environment variable; "off" hides the progress
 
 _STAND_IN = "stand-in"
-_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes to print, not only count
+_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # rules whose notes are always printed, not counted
 _MAX_SHOWN = 200  # maximum number of diagnostics in text output; JSON and SARIF have all
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the escape sequences for colours, the only ones that this tool prints
 
 
 class _Guard:
-    """A stream that makes control characters and bidi controls visible."""
+    """A text stream that escapes control characters and bidirectional text controls."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -53,7 +53,7 @@ class _Guard:
 
 @contextmanager
 def guard() -> Iterator[None]:
-    """Make control characters visible in all output of the block, except that of ``paint`` and ``give``."""
+    """Escape control characters in all output of the ``with`` block, except output of ``paint`` and ``give``."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # Python sets a stream to None if it is closed when the process starts
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open until exit
@@ -74,7 +74,7 @@ def show_progress() -> None:
 
 
 def paint(text: str, stream: TextIO) -> None:
-    """Write a text with colours to a stream; escape all control characters except those of colours."""
+    """Write a text with colours to a stream, and escape all control characters except those of colours."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
@@ -82,7 +82,7 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact: unchanged and in UTF-8, or escaped like other output on a terminal. Raises OSError."""
+    """Print an artifact: unchanged, or with escaped control characters on a terminal. Raises OSError."""
     if getattr(sys.stdout, "name", "") == os.devnull:
         raise OSError(errno.EBADF, "it is closed")
     Progress.wipe()
@@ -98,10 +98,11 @@ def give(text: str) -> None:
 
 
 class Console:
-    """Print the output of a run in the format ``form``.
+    """Prints the output of a run in the format ``form``.
 
-    ``quiet``: print only errors. ``verbose``: also print which files were read. ``counts_notes``: in text, only count
-    notes. ``keeps_sections``: collect a Markdown report. ``command`` (and its ``plugin``) is the running command.
+    ``quiet`` prints only errors, ``verbose`` also the names of files that were read. ``counts_notes`` prints the number
+    of notes instead of the notes. ``keeps_sections`` collects a Markdown report. ``plugin`` defines the running
+    ``command``, if set.
     """
 
     def __init__(self, form: str = "text", quiet: bool = False) -> None:
@@ -113,7 +114,7 @@ class Console:
         self.sections: list[Section] = []
         self.diagnostics: list[Diagnostic] = []  # to print at the end in formats such as JSON
         self.severities: Counter[str] = Counter()
-        self.unlisted: Counter[str] = Counter()  # number of notes that were not printed: "stand-in" and "note"
+        self.unlisted: Counter[str] = Counter()  # {"stand-in" or "note": number of notes that were not printed}
         self.robots: list[dict[str, object]] = []  # the results of a command for several robots
         self.result: object = None
 
@@ -128,19 +129,19 @@ class Console:
         return self.sections[-1]
 
     def begin(self, name: str) -> None:
-        """Start the section of one robot."""
+        """Start the section of a robot in the Markdown report."""
         if self.keeps_sections:
             from .report_formats import Section
 
             self.sections.append(Section(name))
 
     def end(self, failed: bool) -> None:
-        """End the section of one robot; if it failed without an error, add a reference to the log."""
+        """End the section of a robot. If the robot failed without a message, refer to the log."""
         if self.keeps_sections and failed and not self.section.failed:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
-        """Report differences: ``lines`` in text, ``diagnostic`` in JSON and SARIF, in Markdown under ``what``."""
+        """Report differences: print ``lines`` as text, or collect ``diagnostic``; Markdown also has ``what``."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:
@@ -153,7 +154,7 @@ class Console:
             self.section.lines += [diagnostic.help] if diagnostic.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
-        """Print diagnostics, or collect them for JSON and the like; ``listed`` prints notes that would be counted."""
+        """Print diagnostics, or collect them for formats such as JSON; ``listed`` prints notes instead of counting."""
         self.severities.update(one.severity for one in diagnostics)
         if self.quiet:
             diagnostics = [one for one in diagnostics if one.severity == ERROR or one.rule == _STAND_IN]
@@ -178,12 +179,12 @@ class Console:
             paint(text, sys.stderr)
 
     def warn_ahead(self, diagnostic: Diagnostic) -> None:
-        """Print a warning about code before the code is executed, unless it is trusted."""
+        """Print a warning about code that will run, unless the code is trusted."""
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
     def say(self, line: str, needed: bool = False) -> None:
-        """Print a line about the run; a quiet run prints it only if it is ``needed``."""
+        """Print a line about the run; with --quiet, only if the line is ``needed``."""
         if self.quiet and not needed:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
@@ -191,27 +192,27 @@ class Console:
             self.section.lines.append(line.removeprefix(f"{self.section.name}: "))
 
     def warn(self, line: str) -> None:
-        """Print a line to standard error, also in a quiet run."""
+        """Print a line to standard error, even with --quiet."""
         sys.stderr.write(f"{self._inert(line)}\n")
 
     def _inert(self, line: str) -> str:
-        """Escape GitHub workflow commands in a line, because names from a robot could contain them."""
+        # Names from a robot could contain GitHub workflow commands.
         return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def print_read(self, files: Iterable[object]) -> None:
-        """Print which files were read, if the run is verbose."""
+        """Print the names of files that were read, with --verbose."""
         if self.verbose and self.for_people:
             for file in dict.fromkeys(map(str, files)):
                 self.warn(f"read {file}")
 
     def fail(self, message: str, code: int) -> int:
-        """Report why the run ended; return the exit code."""
+        """Report why the run ended, and return the exit code ``code``."""
         sys.stderr.write(f"rosorin-compile: {message}\n")
         self.diagnostics.append(Diagnostic("wrong-usage" if code == USAGE else "run-stopped", ERROR, message))
         return code
 
     def print_end(self) -> None:
-        """Print the number of notes that were not printed, or everything in a format such as JSON."""
+        """Print the number of notes that were not listed, or the document in a format such as JSON."""
         if self.for_people and self.unlisted.total():
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
             counts = [f"{count_of(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
@@ -239,9 +240,9 @@ def envelope(console: Console) -> dict[str, object]:
 
 
 def plain(value: object) -> object:
-    """Return a value as plain JSON data; a dataclass becomes an object of the fields in its ``repr``.
+    """Convert a value to JSON data. A dataclass becomes an object with the fields that its ``repr`` shows.
 
-    Diagnostics are left out: the envelope has them. Infinite numbers are null.
+    Diagnostics are omitted, because the envelope has them. Infinite numbers become null.
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.repr}
@@ -260,6 +261,6 @@ def plain(value: object) -> object:
 
 
 def table(rows: Sequence[Sequence[str]], align: Callable[[str, int], str] = str.ljust) -> list[str]:
-    """Return rows of cells as lines with aligned columns."""
+    """Format rows of cells as lines with aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(align, row, widths)).rstrip() for row in rows]

@@ -19,9 +19,9 @@ from .run import Run, refuse_stdin
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """Parse ``count`` numbers separated by commas, with or without units, to SI units; a single number to a float.
+    """The value of an option: ``count`` numbers separated by commas, converted to SI units, or a single float.
 
-    With ``repeats``, for scale factors of a mesh, one number applies to all axes, and zero is invalid.
+    With ``repeats``, for the scale of a mesh, one number applies to all axes, and zero is invalid.
     """
 
     name = "numbers"
@@ -102,7 +102,7 @@ def boxes(run: Run) -> int:
 @_output_options
 @cli.robot_options
 def heightmap(run: Run) -> int:
-    """Compute a height map. Raises RequestError."""
+    """Compute a height map from meshes. Raises RequestError."""
     refuse_stdin(run.words)
     if run.format != "text" and (run.into or run.bottom):
         raise RequestError(f"{'--into' if run.into else '--bottom'} excludes --format {run.format}")
@@ -126,7 +126,7 @@ def heightmap(run: Run) -> int:
 @_grid_options
 @cli.robot_options
 def factory(run: Run) -> int:
-    """Extract the numbers of a ROS description package. Raises RequestError."""
+    """Extract joints, boxes and a height map from a ROS description package. Raises RequestError."""
     refuse_stdin(run.words)
     if len(run.words) != 1:
         raise RequestError(f"extract factory takes one PACKAGE, not {len(run.words)}")
@@ -143,7 +143,6 @@ run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "
 
 
 def _print(run: Run, result: Any, value: object) -> int:
-    """Print the extracted text, unless it was written to a file, and the report; return the exit code."""
     if run.show(result):
         return PROBLEMS
     if run.format == "json":

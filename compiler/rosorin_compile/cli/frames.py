@@ -58,7 +58,7 @@ def _text(robot: Robot, found: Frames, run: Run) -> str:
     if run.publisher is not None:
         edges = dict.fromkeys(row for one in found.trees for row in one.edges if row.publisher == run.publisher)
         return "\n".join(table([*edges], style)) if edges else f"{run.publisher} publishes nothing here"
-    labels: dict[str, list[str]] = {}  # for each printed tree, the combinations of modes that have it
+    labels: dict[str, list[str]] = {}  # {printed tree: combinations of modes with this tree}
     for situation in found.trees:
         shown = lines(situation.edges, robot.frames)
         shown = shown if run.frame is None else way(shown, run.frame)
@@ -99,7 +99,7 @@ def run_graph(run: Run) -> int:
 @cli.option("--pose POSE", default="", help="also print the frames in a named pose", offers="pose")
 @cli.robot_options
 def run_explain(run: Run) -> int:
-    """Explain frames of one robot; the first of several words may be the name of the robot."""
+    """Explain the poses of frames of a robot; the first word can be the name of the robot."""
     take_stdin(run.words)
     description, names = None, run.words
     if len(names) > 1:
@@ -201,7 +201,7 @@ def _transforms(found: Transforms, run: Run) -> str:
 
 
 def tf2_echo_lines(found: FrameTransform, digits: int, distro: str) -> list[str]:
-    """Return the lines of tf2_echo (``tf2_ros/src/tf2_echo.cpp``) for a transform, at time 0."""
+    """Format a transform at time 0 as lines, like tf2_echo (``tf2_ros/src/tf2_echo.cpp``)."""
     forms = {
         "Translation:": found.translation,
         f"Rotation: in Quaternion{' (xyzw)' * (distro != 'humble')}": found.quaternion,
@@ -254,7 +254,6 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
 
 
 def _calibration(robot: Robot) -> list[str]:
-    """Return lines about each servo group: its formula, and the valid pulses of its joints."""
     lines = []
     rows = [("joint", "servos", "pulses", "positions", "degrees", "limits", "pulses within limits")]
     for group in robot.servos:

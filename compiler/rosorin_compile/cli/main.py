@@ -1,4 +1,4 @@
-"""The command line: a click group that imports the module of a command, or a plug-in, when it is called."""
+"""The command line: a click group that imports the module or plug-in of a command only when it is called."""
 
 import errno
 import io
@@ -28,12 +28,12 @@ PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the environment variable that completion scripts set
 INTERRUPTED = 130
 
-_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # maps modules to names for pip
+_REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # {module: name for pip}
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
 def commands(group: str = "commands") -> dict[str, Entry]:
-    """Return all commands or checks by name, in the order of the help, which has groups."""
+    """Return all "commands" or "checks" by name, in the order of the help."""
     found = {**BUILT_IN[group]}
     if any(plugin.group == group for plugin in installed_plugins()):
         more, wrong = _load_plugins(group, {*found, *ALIASES})
@@ -44,7 +44,7 @@ def commands(group: str = "commands") -> dict[str, Entry]:
 
 
 def find_command(name: str, group: str = "commands") -> click.Command | None:
-    """Find a command or check by name, built-in ones first; return None if it is unknown. Raises PluginFailed."""
+    """Find a command or check, or return None if the name is unknown. Built-in ones come first. Raises PluginFailed."""
     plugins = [plugin for plugin in installed_plugins() if (plugin.group, plugin.name) == (group, name)]
     entry = ALIASES.get(name, name)
     if entry in BUILT_IN[group]:
@@ -71,17 +71,17 @@ def _load_plugins(group: str, taken: set[str], called: str | None = None) -> tup
 
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
-    """Print errors about plug-ins as warnings, because this run does not use these plug-ins."""
+    """Print errors about plug-ins as warnings, because this run does not need these plug-ins."""
     Console().show([replace(one, severity=WARNING) for one in diagnostics])
 
 
 class Program(click.Group):
-    """The click group of all commands; the module of a command is imported when the command is called."""
+    """The click group of all commands. The module of a command is imported when the command is called."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the called command or check and its arguments; a check takes precedence over a robot of that name."""
+        """Return the name of the called command or check, the command, and the remaining arguments."""
         name, *rest = args
         found = find_command(name)
         if found is None:
@@ -129,12 +129,12 @@ def program() -> Program:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line, by default that of the process; return the exit code."""
+    """Run a command line, by default the arguments of the process; return the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # escape characters that the encoding lacks, as stderr does
     with guard():
-        if COMPLETE in os.environ:  # a completion script is the caller: print only completions, not even errors
+        if COMPLETE in os.environ:  # called by a completion script: print only completions, and no errors
             with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
                 shell_complete(program(), {}, PROGRAM, COMPLETE, os.environ[COMPLETE])
             return FINE

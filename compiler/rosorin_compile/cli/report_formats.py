@@ -26,7 +26,7 @@ _MOST_LINES = (500, 50, 10)  # lines per block; the first number with which the 
 
 
 def from_workspace(path: str) -> str:
-    """Convert a path to one relative to the top of the checkout, for a GitHub job that runs in a subfolder."""
+    """Make a path relative to the root of the checkout, because a GitHub job can run in a subfolder."""
     top = os.environ.get("GITHUB_WORKSPACE", "")
     try:
         relative = os.path.relpath(files.resolve(path), files.resolve(top)) if top else os.pardir
@@ -36,8 +36,6 @@ def from_workspace(path: str) -> str:
 
 
 def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """Return diagnostics with their suggestions, and with paths relative to the top of the checkout."""
-
     def moved(span: Span | None) -> Span | None:
         return span and span._replace(source=span.source._replace(path=from_workspace(span.source.path)))
 

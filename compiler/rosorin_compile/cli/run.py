@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _MARK = ":="  # separates name and value of an argument, as in xacro
 _MAX_STDIN = 100_000_001  # bytes; more than the limit of every reader, so that readers report input that is too large
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
-_stdin_read: list[Any] = []  # the contents of standard input, after it was read
+_stdin_read: list[Any] = []  # [sys.stdin] after a robot was read from it
 
 
 class Run(SimpleNamespace):
@@ -81,7 +81,7 @@ class Run(SimpleNamespace):
         return found
 
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
-        """Find a robot by name, or the only robot here. Raises RequestError (with ``usage``), NoDescription."""
+        """Find a robot by name, by default the only robot nearby. Raises RequestError, NoDescription."""
         take_stdin([name])
         found = Description.find([name]) if name else project.nearest_descriptions()
         if len(found) > 1:
@@ -91,13 +91,13 @@ class Run(SimpleNamespace):
         return found[0]
 
     def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
-        """Return the robot (the word before the last ``count`` words, or the only robot here) and these words."""
+        """Return the robot (by default the only robot) and the last ``count`` words. Raises RequestError."""
         if not count <= len(self.words) <= count + 1:
             raise RequestError(f"write rosorin-compile {self.called} {usage}")
         return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
 
     def request(self, description: Description) -> Request:
-        """Create the request for a robot, which prints a warning before it executes code of the robot."""
+        """Create the request to compile a robot. Warnings are printed before code of the robot is executed."""
         warn = self.console.warn_ahead
         return Request(description, self.arguments, self.argument_files, self.packages, self.trust, warn)
 
@@ -110,7 +110,7 @@ class Run(SimpleNamespace):
         return {"arguments": texts, "packages": self.packages, "trust": self.trust, "warn": self.console.warn_ahead}
 
     def understood(self, description: Description) -> Case | None:
-        """Load a robot in any format, with positions in files, for plug-ins; print errors and return None."""
+        """Load a robot in any format, with the source positions of its values, or print errors and return None."""
         case, diagnostics = self.request(description).load_case()
         if case is None:
             self.console.show(diagnostics)
@@ -131,7 +131,7 @@ class Run(SimpleNamespace):
         return has_errors(result.diagnostics)
 
     def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
-        """Set the result of the command for JSON; in text and GitHub formats, print ``text()``. Return ``FINE``."""
+        """Set the result for JSON; in the formats text and github, print ``text()``. Return the exit code ``FINE``."""
         self.console.result = result
         if self.console.form in ("text", "github") and (shown := text()):
             show(shown)
@@ -168,7 +168,7 @@ def for_each(
 ) -> int:
     """Call ``work`` with each robot of the command line, or of ``robots``; return the highest exit code.
 
-    Without names, call it with all robots or, if ``usage`` names a required ROBOT, the only one. Raises RequestError.
+    Without names, all robots are used, or the only robot if ``usage`` is set. Raises RequestError.
     """
     if (summary := getattr(run, "summary", None)) is not None:
         from .report_formats import HEAD, markdown
@@ -216,7 +216,7 @@ def for_each(
 
 
 def find_robots(run: Run, names: list[str]) -> list[Description]:
-    """Find robots by name, or all robots of the project without names. Raises RequestError, NoDescription.
+    """Find robots by name, by default all robots of the project. Raises RequestError, NoDescription.
 
     With -o FOLDER, artifacts of a single robot go to FOLDER; with several robots or --hook, each has a subfolder.
     """
@@ -229,7 +229,7 @@ def find_robots(run: Run, names: list[str]) -> list[Description]:
 
 
 def take_stdin(names: Sequence[str]) -> None:
-    """Read standard input, if it is one of the robots. Raises RequestError."""
+    """Read a robot from standard input if "-" is one of the names. Raises RequestError."""
     if Description.STDIN not in names:
         return
     if names.count(Description.STDIN) > 1:
@@ -246,30 +246,30 @@ def take_stdin(names: Sequence[str]) -> None:
 
 
 def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
-    """Raise RequestError for a robot on standard input; ``help`` is the alternative."""
+    """Raise RequestError if "-", standard input, is one of the words; ``help`` suggests an alternative."""
     if Description.STDIN in words:
         raise RequestError(f"a robot on standard input has no name and no folder; {help}")
 
 
 def warn_of_no_robots(console: Console) -> None:
-    """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
+    """Warn about folders of the project that look like descriptions but have no ``robot.yaml``."""
     if wrong := project.without_first_file(Description.project_folder()):
         console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
-    """Return the numbers of artifacts, meshes and textures as in "3 artifacts and 1 mesh"."""
+    """Format the numbers of artifacts, mesh files and textures, as in "3 artifacts and 1 mesh file"."""
     return phrase([count_of(len(artifacts), "artifact"), *counted_files(meshes)])
 
 
 def counted_files(names: Collection[str]) -> list[str]:
-    """Return the numbers of meshes and textures as in ["2 meshes", "1 texture"], without zeros."""
+    """Format the numbers of mesh files and textures that are not zero, as in ["2 mesh files", "1 texture"]."""
     textures = sum(name.lower().endswith(".png") for name in names)
     return [count_of(n, word) for word, n in (("mesh file", len(names) - textures), ("texture", textures)) if n]
 
 
 def severities(diagnostics: Sequence[Diagnostic]) -> str:
-    """Return the number of diagnostics of each severity as in "1 error and 2 warnings"."""
+    """Format the number of diagnostics of each severity, as in "1 error and 2 warnings"."""
     counts = Counter(one.severity for one in diagnostics)
     return phrase(count_of(counts[one], one) for one in (ERROR, WARNING, NOTE) if counts[one]) or "nothing to say"
 
@@ -282,9 +282,9 @@ def write_depfile(
     made: Sequence[Path],
     newer: Sequence[Path] = (),
 ) -> None:
-    """Write the requested depfile, then touch the files ``newer``, which must be newer than it. Raises OutputError.
+    """Write the requested depfile, then set the time of the files ``newer`` to now. Raises OutputError.
 
-    ``inputs`` are the files that the target depends on, ``made`` the artifacts, none of which may be the depfile.
+    ``inputs`` are the files that the target depends on, ``made`` the artifacts. The depfile must be neither.
     """
 
     def is_depfile(old: Path) -> bool:

@@ -73,7 +73,7 @@ def run_verify(run: Run) -> int:
 
 
 def _save(name: str, text: str, kind: bytes) -> None:
-    """Write a file, but replace an existing file only if it has ``kind`` near its start. Raises RequestError."""
+    """Write a file, but replace only a file whose beginning contains ``kind``. Raises RequestError."""
     if exists(name) and not is_file(name):
         raise RequestError(f"{name} cannot be written: it is not a regular file")
     try:

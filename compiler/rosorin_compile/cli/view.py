@@ -46,7 +46,7 @@ def run_view(run: Run) -> int:
 
 
 def find_overlaps(shown: RobotView) -> Any:
-    """Return an ``OverlapFinder``, which finds links of a robot that overlap in given joint positions."""
+    """Return an ``OverlapFinder``, which finds links of a robot that overlap at some joint positions."""
     from rosorin_compile.mujoco.physics import OverlapFinder
 
     return OverlapFinder(shown.case, shown.meshes)

@@ -29,7 +29,7 @@ _say = partial(print, flush=True)
 @output_folder_option
 def run_watch(run: Run) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
-    gc.enable()  # __main__ disables it for short runs
+    gc.enable()  # ``__main__`` disables garbage collection for short runs
     refuse_stdin(run.words, "name a file to watch")
     robots = find_robots(run, run.words)
     stopped = False
@@ -65,7 +65,7 @@ class WatchedRobot:
         self.description = description
         self.request, self.console = run.request(description), run.console
         self.inputs = WatchedFiles(description.outputs)
-        self.reported: set[tuple[str, str, str]] = set()  # severity, rule and message of diagnostics
+        self.reported: set[tuple[str, str, str]] = set()  # (severity, rule, message) of printed diagnostics
         self.compile()
 
     def compile(self) -> None:

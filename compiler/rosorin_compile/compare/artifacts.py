@@ -1,11 +1,10 @@
-"""Compare the values ("leaves") in committed, compiled and expected artifacts, and group their differences.
+"""Compare the values in committed, compiled and expected artifacts, and group the differences into changes.
 
-To verify an artifact, its expected contents are compared with the values read back from its text. Links and joints that
-were renamed get their new names in the old leaves first, so that they hide no other change.
-
-Each change between committed and compiled artifacts is found once, with the artifacts that contain it. A difference of
-shapes or masses may follow from another change: an artifact that leaves out a frame adds the shapes of that frame to
-another link. Such a difference is part of the change of the frame.
+The values in an artifact are stored in a dict, see ``walk.leaves``. ``agreement`` compares the values that an artifact
+should contain with those read back from its text; ``find_changes`` compares committed with compiled artifacts. Each
+change is reported once, with all outputs that contain it. Some differences follow from another change: an artifact that
+omits a link merges its shapes into another link, which then differs, too. Such a difference is added to the change that
+causes it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,23 +30,23 @@ _HELP = "a template or a format is at fault, not the description: please report 
 
 
 class Pair(NamedTuple):
-    """An artifact: its output, and the leaves of its committed and its compiled text."""
+    """The values in the committed and in the compiled text of an artifact."""
 
     output: Output
-    old: Leaves  # renamed links and joints have their new names
-    new: Leaves
+    old: Leaves  # values in the committed text; renamed links and joints have their new names
+    new: Leaves  # values in the compiled text
     precisions: Precisions
-    renamed: Mapping[str, Names] = {}  # new names by old names, by kind ("link", "joint")
+    renamed: Mapping[str, Names] = {}  # {"link" or "joint": {old name: new name}}
 
 
 def output_of(robot: Robot, artifact: Artifact) -> Output:
-    """Return the output of a robot for which an artifact was written."""
+    """Return the robot's ``Output`` that has the name in an artifact, or a new ``Output`` without options."""
     unnamed = Output(artifact.output, artifact.backend, artifact.file)
     return next((output for output in robot.outputs if output.name == artifact.output), unnamed)
 
 
 def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
-    """Read the old and new leaves of an artifact, or return None if its format has no reader. Raises ValueError."""
+    """Parse an artifact's committed and compiled text; return None if its format has no parser. Raises ValueError."""
     format, output = FORMATS[artifact.backend], output_of(robot, artifact)
     if format.read is None:
         return None
@@ -66,13 +65,13 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
-    """Rename links in leaves to the names in the robot, if options of the output rename links in the artifact."""
+    """Rename the links of an artifact to their names in the robot, if an option of the output renames them."""
     names = format.names(output) if format.names is not None else {}
     return walk.with_names(found, names, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
-    """Give renamed links and joints in the old leaves of all pairs their new names."""
+    """Find renamed links and joints, and use their new names in the committed values of all artifacts."""
     links: dict[str, str] = {}
     for pair in pairs:
         links |= walk.new_link_names(pair.old, pair.new)
@@ -126,7 +125,6 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
 
 
 def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the leaves of ``found`` that the partial view ``meant`` also has, and shapes without names and colours."""
     part = {quantity: value for quantity, value in found.items() if quantity in meant}
     for quantity, value in part.items():
         if isinstance(value, Shapes):
@@ -136,7 +134,7 @@ def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
 
 SHAPES = ("collision", "visual")
 INERTIAL = ("mass", "centre of mass", "inertia")
-# The order of the lines about one link or joint.
+# Quantities in the order in which the changes of a link or joint are listed.
 _QUANTITIES = (
     *("", "parent", "publisher", "topic", "type", "child", "origin", "axis", "limit lower", "limit upper", "limit"),
     *("damping", "friction"),
@@ -147,34 +145,34 @@ _KINDS = {"frame": 0, "joint": 0, "link": 0, "height map": 0, "servo": 1, "pose"
 
 
 class Change(NamedTuple):
-    """A change between committed and compiled artifacts, and the artifacts that contain it."""
+    """A change between committed and compiled artifacts, such as a moved frame."""
 
     kind: str
     name: str
-    quantity: str  # empty if the named entry itself is new or removed
+    quantity: str  # such as "origin", or "" if the link, joint or other entry itself is new or removed
     text: str  # the sentence that describes the change
-    artifacts: tuple[str, ...] = ()
-    therefore: tuple[str, ...] = ()  # links whose shapes or masses differ only as a consequence
-    differences: tuple[Difference, ...] = ()  # the differing leaves that the change explains
+    artifacts: tuple[str, ...] = ()  # names of the outputs that contain the change
+    therefore: tuple[str, ...] = ()  # links whose shapes differ as a consequence of the change
+    differences: tuple[Difference, ...] = ()  # all differing values that the change explains
 
     def words(self) -> str:
-        """Return the sentence that describes the change and its consequences."""
+        """Return the text of the change, and the links whose shapes differ as a consequence."""
         links = ", ".join(self.therefore)
         return with_remark(self.text, f"and therefore the shapes of {links}" if links else "")
 
     def line(self) -> str:
-        """Return the change as one line of plain text."""
+        """Return the text of the change, and the outputs that contain it."""
         return f"{self.words()}: {', '.join(self.artifacts)}"
 
 
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
-    """Return the changes in all artifacts, sorted by link from the root down, then servos, poses and the rest."""
+    """Return each change with all outputs that contain it: links and joints from the root down, then other entries."""
     changes: list[Change] = []
     for pair in pairs:
         for kind, names in pair.renamed.items():
             for old, new in names.items():
                 _merge(changes, Change(kind, new, "", f"{kind} {old} renamed to {new}", (pair.output.name,)))
-    # Differences with the same meaning in several artifacts are one change: group them as (pair, difference, text).
+    # Group equal differences in several artifacts, because they are one change.
     groups: dict[Address, list[list[tuple[Pair, Difference, str]]]] = {}
     bodies: list[tuple[Pair, Difference]] = []
     for pair in pairs:
@@ -195,7 +193,7 @@ def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
                 text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
             outputs, differences = tuple(each[0].output.name for each in group), tuple(each[1] for each in group)
             changes.append(Change(*address, text, outputs, (), differences))
-    # Begin with artifacts that have the most links: others merge the shapes of several links.
+    # Start with the artifacts that have the most links, because the others merge the shapes of several links.
     for pair, one in sorted(bodies, key=lambda found: -len(links_of(found[0].new))):
         _add_body(robot, changes, pair, one)
     order = {pair.output.name: index for index, pair in enumerate(pairs)}
@@ -230,7 +228,7 @@ def _same_change(one: tuple[Pair, Difference], other: tuple[Pair, Difference]) -
 
 
 def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) -> None:
-    """Add the artifact to the changes that explain a difference of a link, or add the difference as a change."""
+    """Add a difference in shapes or mass of a link to the changes that cause it, or as a new change."""
     _, link, quantity = one.address
     causes = [at for at, change in enumerate(changes) if _is_cause(robot, change, pair, one)]
     causes = [at for at in causes if pair.output.name in changes[at].artifacts] or causes
@@ -247,14 +245,13 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
     is_known = any(changes[at][:3] == ("link", link, f"{quantity} shapes") for at in causes)
     for difference in [one] if is_known else rest:
         for found in shapes_change(link, quantity, *solids_left(difference, pair.precisions)):
-            # An artifact without names or colours may already have reported the same solids.
+            # The same solids may already be reported for an artifact without names or colours.
             if found.looks or not is_known:
                 what = f"{quantity} {'looks' if found.looks else 'shapes'}"
                 _merge(changes, Change("link", link, what, found.text, (pair.output.name,), (), (one,)))
 
 
 def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
-    """Return the parts of a difference that ``causes`` do not explain, such as colours or boxes of a height map."""
     if not causes:
         return [one]
     if causes - {"height map", "material"}:
@@ -271,7 +268,6 @@ def _unexplained(causes: set[str], one: Difference) -> list[Difference]:
 
 
 def _merge(changes: list[Change], change: Change) -> None:
-    """Add a change or, if an equal one exists, its artifact; a cylinder may equal the capsule of another format."""
     for at, other in enumerate(changes):
         texts = [each.text.replace(" capsule ", " cylinder ") for each in (other, change)]
         if other[:3] == change[:3] and texts[0] == texts[1]:
@@ -281,17 +277,16 @@ def _merge(changes: list[Change], change: Change) -> None:
 
 
 def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if a difference in shapes or mass of a link follows from a change, or is that change."""
     (kind, name, what), (_, link, quantity) = change[:3], one.address
     if not change.differences:
         return False
-    # The links of the robot whose shapes are merged into this link of the artifact, now or before.
+    # All links of the robot whose shapes are merged into this link, in the old or in the new artifact.
     carried = {link}
     for links in (frozenset(links_of(side) & robot.link.keys()) for side in (pair.old, pair.new)):
         owners = carriers(robot, links).items() if link in links else ()
         carried |= {other for other, (carrier, _) in owners if carrier == link}
     carried &= robot.link.keys()
-    # Writers make visuals from the collision shapes of links without visuals.
+    # For links without visuals, writers generate visuals from the collision shapes.
     is_made = quantity == "visual" and not any(robot.link[other].visual for other in carried)
     purpose = "collision" if is_made else quantity
     if kind == "material":
@@ -313,7 +308,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if a change reports the same solids for another artifact, which may support capsules."""
+    """Return True if a change and a difference have the same solids; a cylinder can replace a capsule."""
     sides = []
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
@@ -324,7 +319,7 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
 
 
 def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[Difference]:
-    """Yield the differences that do not follow from new or removed frames, or from new types of joints."""
+    """Yield the differences that are not a consequence of new or removed frames, or of new joint types."""
     before, after = links_of(pair.old), links_of(pair.new)
     changed = {one.address.name for one in differences if one.address.kind == "frame" and not one.address.quantity}
     came = {name for name in before ^ after if " " not in name} | changed
@@ -345,7 +340,7 @@ def _without_hidden(pair: Pair, differences: Sequence[Difference]) -> Iterator[D
             continue
         if kind in ("link", "height map") and (name in changed or (name in came and quantity)):
             continue
-        if kind == "link" and not quantity and name in before & after:  # only mass and shapes are new or removed
+        if kind == "link" and not quantity and name in before & after:  # only one side has values for it
             for word, value in (one.old or one.new).items():
                 yield Difference(Address(kind, name, word), *((value, None) if one.new is None else (None, value)))
         elif isinstance(one.old, frozenset) or isinstance(one.new, frozenset):

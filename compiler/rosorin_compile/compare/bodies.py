@@ -1,9 +1,9 @@
 """Match links, joints and bodies of two robots, and compare the poses and the motion of their frames.
 
-A body is a set of links that are fixed to each other, named after its topmost link; two files can attach the links of a
-body in different ways. A cluster is a set of frames of one body whose relative poses are equal in both robots; frames
-that moved together are one difference. A cluster is in place if it moves equally in both robots relative to a cluster
-of a body above, even if the joints in between are elsewhere.
+A body is a set of links that fixed joints connect rigidly, named after its topmost link. Two files can connect the same
+links by different fixed joints, so poses are not compared joint by joint. Within a body, links whose relative poses are
+equal in both robots form a cluster, and are reported together if they moved. A cluster is in place if its motion
+relative to a body above is equal in both robots, even if the joints in between have other origins.
 """
 
 import math
@@ -23,22 +23,22 @@ from .precision import HERE, ROOT_THREE, TURNS, Precision, RoundedTransform, joi
 from .sentences import NEW, REMOVED, Apart, existence, far, number, row, several, text_of, value_change
 from .walk import Leaves, Names, leaves, prefix_of, renamed_robot, with_names, without_prefix
 
-_LEAST = 1e-6  # rad, m: smaller differences of limits are ignored
+_LEAST = 1e-6  # rad or m; smaller differences between joint limits are ignored
 _STEPS = 16
-_TURN, _SLIDE = math.pi, 0.5  # the range of joints without limits (rad, m)
+_TURN, _SLIDE = math.pi, 0.5  # a joint without limits moves from -pi to pi rad, or from -0.5 to 0.5 m
 
 
 class Line(NamedTuple):
-    """The axis of a joint: its direction and a point on it (m), each with its precision."""
+    """The axis of a joint, as a unit vector and a point on the axis (m), each with its largest error."""
 
     direction: Vector
     point: Vector
-    angle: float
-    length: float
+    angle: float  # largest error of the direction (rad)
+    length: float  # largest error of the point (m)
 
 
 class Bodies:
-    """The bodies of a robot. The fixed joints ``split`` also separate bodies, because they move in the other robot."""
+    """Groups the links of a robot into rigid bodies; the fixed joints ``split`` separate bodies, too."""
 
     def __init__(self, robot: Robot, precision: Precision, split: frozenset[str] = frozenset()) -> None:
         self.robot = robot
@@ -53,12 +53,12 @@ class Bodies:
             self.members.setdefault(self.top[link.name], []).append(link.name)
 
     def edge(self, joint: Joint) -> RoundedTransform:
-        """Return the pose of a joint's child in its parent, at position zero."""
+        """Return the pose of the child link of a joint in its parent link, at joint position zero."""
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
         return RoundedTransform(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
     def above(self, top: str) -> Iterator[str]:
-        """Yield the ancestors of a body, nearest first."""
+        """Yield the topmost links of all bodies above a body, nearest first."""
         while joint := self.robot.joint_to.get(top):
             yield (top := self.top[joint.parent])
 
@@ -70,7 +70,7 @@ class Bodies:
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
 
     def relative(self, source: str, target: str) -> RoundedTransform:
-        """Return the pose of ``target`` in ``source``, a link of the same body or a body above; joints are at zero."""
+        """Return the pose of ``target`` in ``source``, a link in the same or a higher body; all joints are at zero."""
         here, found = source, HERE
         for joint in self.joints_between(self.top[source], self.top[target]) or []:
             found = found.then(self._within(here, joint.parent)).then(self.edge(joint))
@@ -78,7 +78,6 @@ class Bodies:
         return found.then(self._within(here, target))
 
     def _within(self, source: str, target: str) -> RoundedTransform:
-        """Return the pose of ``target`` in ``source``, a link of the same body, through their common ancestor."""
         if (source, target) not in self._places:
             up, down = ways = list[Joint](), list[Joint]()
             for link, way in zip((source, target), ways, strict=True):
@@ -97,7 +96,7 @@ class Bodies:
         return f"moves with {joint.name}" if joint is not None else f"fixed to {self.robot.root}"
 
     def line(self, joint: Joint, target: str) -> Line:
-        """Return the axis of a joint in the frame of a link that it moves."""
+        """Return the axis of a joint in the frame of ``target``, a link that the joint moves."""
         place = self.relative(joint.child, target).inverse()
         axis = place.transform.rotate(unit(joint.axis))
         tilt = 2 * ROOT_THREE * self.precision("axis", *joint.axis) / norm(joint.axis)
@@ -105,7 +104,10 @@ class Bodies:
 
 
 def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:
-    """Return ((m, rad) between two poses, precision); zeros for differences up to ``tolerance`` plus rounding."""
+    """Return the distance (m) and the angle (rad) between two poses, and the precision of both (m, rad).
+
+    The precision is ``tolerance`` plus the errors of the poses. Values within the precision are returned as zero.
+    """
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
     distance, angle = (by if by > known else 0.0 for by, known in zip(apart, least, strict=True))
@@ -113,12 +115,12 @@ def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tup
 
 
 def has_axis(joint: Joint) -> bool:
-    """Return True if a joint turns or slides along an axis."""
+    """Return True if a joint turns about or slides along an axis."""
     return joint.moves and bool(norm(joint.axis))
 
 
 def axis_gap(old: Line, new: Line, tolerance: float) -> Apart:
-    """Return how far an axis moved sideways (m) and turned (rad), with zeros for changes within the precision."""
+    """Return how far (m) and by which angle (rad) an axis moved, or zeros within ``tolerance`` and rounding."""
     angle = angle_between(old.direction, new.direction)
     way, (x, y, z) = minus(new.point, old.point), old.direction
     along = dot(way, old.direction)
@@ -128,17 +130,17 @@ def axis_gap(old: Line, new: Line, tolerance: float) -> Apart:
 
 
 def motion_of(joint: Joint) -> str:
-    """Return the kind of motion of a joint; revolute and continuous joints have the same kind."""
+    """Return "turns" for revolute and continuous joints, or the type of any other joint."""
     return "turns" if joint.type in ("revolute", "continuous") else joint.type
 
 
 def same_motion(
     a: Bodies, b: Bodies, source: str, target: str, tolerance: float, flipped: Collection[str] = ()
 ) -> bool:
-    """Return True if ``target`` moves in the same way relative to ``source``, a link above, in both robots.
+    """Return True if link ``target`` moves relative to link ``source``, a link above, in the same way in both robots.
 
-    Product of exponentials (R. Brockett): the pose with all joints at zero and the axes of the joints in between, in
-    the frame of the link, determine the motion. ``flipped`` are joints with the opposite sign.
+    The motion is determined by the pose of the link with all joints at zero, and by the axes of the joints in between
+    in the frame of the link (product of exponentials, R. Brockett). The joints ``flipped`` have opposite axes in ``b``.
     """
     ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
@@ -158,36 +160,36 @@ def same_motion(
 
 
 class Pairing(NamedTuple):
-    """Two matched robots; links and joints of B have the names of their counterparts in A."""
+    """Two matched robots, A and B. Links and joints of B have the names of their counterparts in A."""
 
     a: Bodies
     b: Bodies
-    bodies: Mapping[str, str]  # bodies of B by matching body of A, both named after their topmost link
-    links: Names  # names in A of differently named links, by name in B without the prefix
-    joints: Names  # as ``links``
-    prefix: str  # the prefix of all names in robot ``prefixed``
-    prefixed: str  # "A", "B" or ""
+    bodies: Mapping[str, str]  # {body of A: matching body of B}, both named after their topmost link
+    links: Names  # {name in B without the prefix: name in A} of links with different names
+    joints: Names  # the same for joints
+    prefix: str  # a prefix that only the names of one robot have, or ""
+    prefixed: str  # the robot with the prefix: "A", "B" or ""
     tolerance: float
-    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # renamings of links and joints in A and B
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # (links, joints) renamed in A, and in B
 
     @property
     def shared(self) -> list[str]:
-        """The links that both robots have, in the order of A's tree."""
+        """The names of the links that both robots have, from the root of A down."""
         return [link.name for link in self.a.robot.walk() if link.name in self.b.robot.link]
 
     def pair_of_joints(self, top: str) -> tuple[Joint | None, Joint | None]:
-        """Return the joints above a body of A and above its counterpart in B."""
+        """Return the joint above a body of A and the joint above the matching body of B, or None for a root."""
         return self.a.robot.joint_to.get(top), self.b.robot.joint_to.get(self.bodies[top])
 
     def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
-        """Rename leaves of A (``at`` 0) or B to the common names; ``other`` are the leaves of the other robot."""
+        """Rename links and joints in values of A (``at`` is 0) or B (1) to the common names of both robots."""
         for links, joints in self.steps[at]:
             found = with_names(with_names(found, links, "link", other), joints, "joint", other)
         return found
 
 
 def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
-    """Match two robots link by link. ``prefix`` is the prefix of all names in B; None detects it."""
+    """Match two robots link by link. ``prefix`` is the prefix of all names in ``b``; None detects the prefix."""
     robots, at = [a.robot, b.robot], 1
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
     if prefix is None:
@@ -201,13 +203,13 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
     links = walk.new_link_names(*(leaves(replace(robot, edges=())) for robot in robots[::-1]))
     other = renamed_robot(robots[1], links, {})
     joints = walk.new_joint_names(leaves(other), leaves(robots[0]))
-    # If another joint of B already has the new name of a joint, rename that other joint.
+    # Avoid duplicate names: rename joints of B that have the name of a different joint of A.
     for name in sorted({name for name in other.joint if name not in joints} & set(joints.values())):
         joints[name] = f"{name} (of B)"
     one, other = robots[0], renamed_robot(other, {}, joints)
     steps[1].append((links, joints))
     first, second = Bodies(one, a.printing, _split(one, other)), Bodies(other, b.printing, _split(other, one))
-    # Match each body of A with the body of B at the same joint, or else the one that shares most links.
+    # Match each body of A with the body of B whose joint has the same name, or that shares the most links.
     rated: list[tuple[bool, int, int, str, str]] = []
     for index, (top, members) in enumerate(first.members.items()):
         goals = [second.top[name] for name in members if name in second.top]
@@ -230,7 +232,10 @@ def _split(one: Robot, other: Robot) -> frozenset[str]:
 
 
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
-    """Yield new, removed and renamed links and joints; a new or removed link includes the links attached to it."""
+    """Yield new, removed and renamed links and joints; links below a new or removed link are part of its item.
+
+    Links in ``not_carried`` are ignored. Renamed fixed joints are ignored unless ``fixed_names`` is True.
+    """
     a, b = pairing.a.robot, pairing.b.robot
     for robot, other, word in ((a, b, REMOVED), (b, a, NEW)):
         heads: dict[str, str] = {}
@@ -246,7 +251,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             how = [f"{joint.type} on {joint.parent}", joint.name] if joint is not None else ["the root"]
             values = (head, None) if word == REMOVED else (None, head)
             yield Item(NAME, head, "existence", existence(word, what, head, how, names[1:]), *values)
-    for mine, theirs in map(pairing.pair_of_joints, pairing.bodies):  # a body may have lost or gained its joint
+    for mine, theirs in map(pairing.pair_of_joints, pairing.bodies):  # a body can be the root of only one robot
         joint, word = (mine, REMOVED) if mine is not None else (theirs, NEW)
         if joint is not None and (mine is None or theirs is None):
             text = f"{word}: joint {joint.name} ({joint.type}, {joint.parent} to {joint.child})"
@@ -263,16 +268,16 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
 
 
 def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
-    """Report which frames moved, by how much, and at which positions of the joints.
+    """Report which frames moved, by how much, and at which joint positions.
 
-    Return two mappings: from each body of A to the frame in which to compare its shapes and masses; and from each joint
-    with the opposite sign in B to True if the sign of its limits is also opposite.
+    Return two dicts: for each body of A, the link in whose frame its shapes and masses are to be compared; and for each
+    joint with an opposite axis in B, True if the sign of its limits is also opposite.
     """
     work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
         Progress.step("comparing frames", index, len(pairing.bodies))
         work.body(top)
-    # Links that belong to a different body in B, grouped with the links that go with them.
+    # Links that are part of another body in B. Links that moved between the same two bodies are reported together.
     groups: dict[tuple[str, str], list[str]] = {}
     for name in pairing.shared:
         top, goal = pairing.a.top[name], pairing.b.top[name]
@@ -297,7 +302,6 @@ class _Frames:
         self.flipped: dict[str, bool] = {}
 
     def body(self, top: str) -> None:
-        """Compare the pose of a body relative to bodies above it, then its clusters with each other."""
         clusters = self._clusters([n for n in self.a.members[top] if self.b.top.get(n) == self.pairing.bodies[top]])
         joint, twin = self.pairing.pair_of_joints(top)
         first, in_place = clusters[0], []
@@ -313,7 +317,7 @@ class _Frames:
                 self._moved_joint(joint, twin, joint.child if joint.child in first else first[0], same_kind)
         self.clusters[top] = [first, *(cluster for cluster in clusters if cluster is not first)]
         for head, *others in (one for one in clusters if one is not first and one not in in_place):
-            # Report the pose of the cluster in its parent, or in the frame in which its body is compared.
+            # Report the pose in the parent link if that is in the same body, or else in the first cluster.
             above = self.a.robot.joint_to.get(head)
             parent = above.parent if above is not None else ""
             is_fixed = all(parent in side.top and side.top[parent] == side.top[head] for side in (self.a, self.b))
@@ -321,11 +325,11 @@ class _Frames:
             self._moved(FRAME, head, way, way, others)
 
     def _clusters(self, names: Sequence[str]) -> list[list[str]]:
-        """Return the clusters of a body: first the cluster of the root, or else the largest one."""
+        """Group links by equal relative poses; the group of the root, or else the largest group, is first."""
         found: list[list[str]] = []
         for name in names:
             joint = self.a.robot.joint_to.get(name)
-            # The pose in the parent is the most precise: rounding of a longer chain must not hide a difference.
+            # Prefer the pose in the parent link: the rounding errors of a longer chain could hide a difference.
             parent = joint.parent if joint is not None else ""
             heads = [(cluster, parent if parent in cluster else cluster[0]) for cluster in found]
             heads.sort(key=lambda head: head[1] != parent)
@@ -339,7 +343,7 @@ class _Frames:
         return gap(self.a.relative(*way), self.b.relative(*(other or way)), self.pairing.tolerance)
 
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
-        """Return the clusters that are in place relative to the body above or, if that moved, to a body further up."""
+        """Return the clusters that move equally in both robots, relative to the nearest body that did not move."""
         joint = self.a.robot.joint_to[top]
         for upper in (body for body in self.a.above(top) if body in self.clusters):
             ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
@@ -353,7 +357,7 @@ class _Frames:
         return []
 
     def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
-        """Record that a joint of B has the opposite sign, if its motion is otherwise equal."""
+        """Record and report a joint that has the opposite axis in B but otherwise moves its links equally."""
         known = {*self.flipped, joint.name}
         if not joint.moves or self._in_place(clusters, top, self.flipped) or not self._in_place(clusters, top, known):
             return
@@ -366,7 +370,6 @@ class _Frames:
         self.items.append(Item(JOINT, joint.name, "coordinate", text, row(joint.axis), row(twin.axis), when="always"))
 
     def _moved_joint(self, joint: Joint, twin: Joint, target: str, same_kind: bool) -> None:
-        """Report how the joint above a displaced body changed: its parent, its pose and its axis."""
         source = ""
         if same_kind and self.pairing.bodies.get(self.a.top[joint.parent]) != self.b.top[twin.parent]:
             text = value_change(f"{joint.child} parent", joint.parent, twin.parent)
@@ -393,14 +396,14 @@ class _Frames:
         self.items.append(self._with_effect(item, joint, twin, source) if source and same_kind else item)
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
-        """Add to a change of an axis the largest displacement of a link below, and its joint positions."""
+        """Add to an item about a changed axis how far the change displaces the links below the joint."""
         reach = _SLIDE if joint.type == "prismatic" else _TURN
         lower, upper = -reach, reach
         for limit in (each.limit for each in (twin, joint) if each.type != "continuous"):
             if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
                 lower, upper = max(limit.lower, -2 * reach), min(limit.upper, 2 * reach)
         steps = [lower + (upper - lower) * index / _STEPS for index in range(_STEPS + 1)]
-        # Ignore mimics, so that every joint is moved separately.
+        # Remove mimics, so that the position of the joint moves no other joint.
         joints = [tuple(replace(each, mimic=None) for each in side.robot.joints) for side in (self.a, self.b)]
         robots = [replace(side.robot, joints=some) for side, some in zip((self.a, self.b), joints, strict=True)]
         trees = [robot.subtree(robot.joint[joint.name].child) for robot in robots]
@@ -421,7 +424,6 @@ class _Frames:
     def _moved(
         self, kind: str, name: str, way: tuple[str, str], other: tuple[str, str], others: Sequence[str] = ()
     ) -> None:
-        """Report that a frame moved; ``way`` and ``other`` are (parent, frame) in A and B; ``others`` moved with it."""
         apart, least = self._gap(way, other)
         if any(apart):
             old, new = pose_of(self.a.relative(*way).transform), pose_of(self.b.relative(*other).transform)

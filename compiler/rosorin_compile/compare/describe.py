@@ -1,4 +1,4 @@
-"""Describe differences between leaves: one sentence for each kind of value, with its unit."""
+"""Describe the differences between two robots or artifacts, in one sentence per value and with units."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from .solids import SIZES, Solid, largest_step, match, same_colour, turned_by
 from .walk import Address, Difference, Leaves, Shapes, known_inertia, same_turn
 
 MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
-# (unit for revolute joints, unit for prismatic joints) by the end of the quantity's name; the first match is used.
+# Units for revolute and for prismatic joints, by the last words of a quantity; the first match is used.
 _POSITION = ("rad", "m")
 _UNITS = {
     **dict.fromkeys(("damping", "kv", "k velocity"), ("N*m*s/rad", "N*s/m")),
@@ -32,15 +32,15 @@ _OTHER_UNITS = {"rad per pulse": "rad", "radius": "m", "mass": "kg"}
 
 
 class Describer(NamedTuple):
-    """Describes differences between the leaves of two versions of a robot."""
+    """Describes the differences between the old and the new values of a robot."""
 
     robot: Robot
-    sides: tuple[Leaves, Leaves]  # all leaves of both versions
+    sides: tuple[Leaves, Leaves]  # all old values, and all new values
     precisions: Precisions = (exact, exact)  # precision of the old and of the new numbers
     tolerance: float = NOISE
 
     def describe(self, differences: Sequence[Difference]) -> Iterator[tuple[Difference, str]]:
-        """Yield each difference with its sentence; some sentences cover several leaves."""
+        """Yield each difference with a sentence about it; some sentences describe several related differences."""
         quantities = {one.address for one in differences}
         for one in differences:
             kind, name, quantity = one.address
@@ -48,7 +48,7 @@ class Describer(NamedTuple):
             if quantity in ("mimic multiplier", "mimic offset") and leader in quantities:
                 continue
             if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
-                continue  # the sentence of the mass includes it
+                continue  # the sentence about a new or removed mass is sufficient
             if isinstance(one.old, Shapes) or isinstance(one.new, Shapes):
                 for change in shapes_change(name, quantity, *solids_left(one, self.precisions)):
                     yield one, change.text
@@ -56,7 +56,7 @@ class Describer(NamedTuple):
                 yield one, self.sentence(one)
 
     def sentence(self, one: Difference) -> str:
-        """Describe a difference."""
+        """Describe a difference in one sentence. Differences in shapes are described by ``shapes_change``."""
         (kind, name, quantity), old, new = one
         if isinstance(old, frozenset) or isinstance(new, frozenset):
             return sentences.set_change(f"{kind} {quantity}".strip(), old or (), new or ())
@@ -124,7 +124,7 @@ class Describer(NamedTuple):
 
 
 def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
-    """Describe a new or removed link or frame, and the joints or transforms that attach it in the artifacts."""
+    """Describe a link or frame that is NEW or REMOVED (``word``), with its joint, parent and publisher."""
     frames = [side.get(("frame", name), {}) for side in sides]
     joints = [(side["joint", joint].get("type", ""), joint) for side in sides if (joint := joint_of(side, name))]
     kind, joint = next((one for one in joints if one[0] in MOVING), ("", ""))
@@ -141,26 +141,26 @@ def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leav
 
 
 def joint_of(leaves: Leaves, child: str) -> str:
-    """Return the name of the joint above a frame, or "" if there is none."""
+    """Return the name of the joint whose child is the link ``child``, or "" if there is none."""
     return next((name for (kind, name), of in leaves.items() if kind == "joint" and of.get("child") == child), "")
 
 
-# If a link has at most this many changed solids, each is described separately.
+# The changed solids of a link are described separately if there are at most this many.
 FEW = 5
 NO_WORD = "nothing"
 
 
 class ShapeChange(NamedTuple):
-    """A sentence about a change of solids, with the old and new solids; ``looks``: only names or colours changed."""
+    """A sentence about a change in the shapes of a link, with the old and new solids."""
 
     text: str
     old: Sequence[Solid]
     new: Sequence[Solid]
-    looks: bool = False
+    looks: bool = False  # only names or colours changed
 
 
 def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int], list[Solid], list[Solid]]:
-    """Return ((old number of solids, new number), removed solids, added solids) of a change of shapes."""
+    """Return the numbers of solids (old, new) of a link, and the old and new solids without an equal counterpart."""
     sides = zip(one[1:], precisions, strict=True)
     old, new = (side.solids(known) if isinstance(side, Shapes) else [] for side, known in sides)
     rest = match(old, new)
@@ -170,7 +170,7 @@ def solids_left(one: Difference, precisions: Precisions) -> tuple[tuple[int, int
 def shapes_change(
     link: str, purpose: str, counts: tuple[int, int], removed: Sequence[Solid], added: Sequence[Solid]
 ) -> list[ShapeChange]:
-    """Describe how the solids of a link changed; ``counts`` are the numbers of its solids before and after."""
+    """Describe how the solids of a link changed; ``counts`` are the numbers of all its solids (old, new)."""
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
     became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
@@ -194,7 +194,7 @@ def shapes_change(
 
 
 def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
-    """Match old and new solids by position, and return (old index, new index) of each pair; for a few solids."""
+    """Match each old solid to the most similar new solid, and return pairs (index in ``old``, index in ``new``)."""
 
     def unlike(one: Solid, other: Solid) -> tuple[int, float]:
         different = sum(a != b for a, b in zip(one[1:6], other[1:6], strict=True))
@@ -210,12 +210,11 @@ def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int,
 
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
-    """Describe how the colour, name, material or file of a solid changed."""
     tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
         yield sentences.colour_change(start, one.rgba, other.rgba)
     before, after = one.words, other.words
-    if one.kind != other.kind:  # ``_numbers`` reports the file
+    if one.kind != other.kind:  # ``_numbers`` describes a new kind, and the file of a mesh
         before, after = (tuple(word for word in some if not word.startswith("file ")) for some in (before, after))
     old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
     if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:
@@ -235,7 +234,6 @@ def _numbers(start: str, one: Solid, other: Solid) -> str:
 
 
 def _parts(one: Solid, other: Solid, least: sentences.Apart) -> list[str]:
-    """Describe how the kind, size and pose of a solid changed, ignoring differences up to ``least``."""
     if one.kind != other.kind:
         return [f"{_sized(one)} -> {_sized(other)}", *_place(one, other, least)]
     if one.kind == "mesh":

@@ -1,8 +1,8 @@
-"""Compare two robots by meaning, also robots in different formats, and report the differences.
+"""Compare the meaning of two robots, which can be in different formats, and report the differences.
 
-Links and joints of B first get the names of their counterparts in A (``bodies``). Then frames, masses, shapes and
-sections are compared. Shapes are compared as sets of solids, one set for all links that are fixed to each other. Values
-that a format does not support are reported as not compared, not as differences.
+Links and joints of B first get the names of their counterparts in A (``bodies``). Then frames, masses, shapes and other
+values are compared. Shapes are compared as sets of solids, one set for all links that are connected by fixed joints.
+Values that a format does not support are reported as not compared, not as differences.
 """
 
 import math
@@ -33,13 +33,13 @@ from .walk import compare_leaves, inertial_leaves, renamed_robot
 
 
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
-    """Compare two robots by meaning and return the differences.
+    """Compare the meaning of two robots and return the differences.
 
-    Differences up to ``tolerance`` (m, rad, relative for other numbers) plus printed rounding are ignored.
-    ``prefix`` is the prefix of all names in B; None detects it, and an empty text means no prefix.
+    Differences up to ``tolerance`` (m, rad, relative for other numbers) are ignored in addition to printed rounding.
+    ``prefix`` is the prefix of all names in ``b``, "" for none, or None to detect it.
     """
     if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):
-        # Compare without the additions of sections, so that a difference in a section is reported there only.
+        # Ignore what sections of plug-ins add to the robot, so that their differences are reported only once.
         a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
     pairing = pair_sides(a, b, tolerance, prefix)
     missing, not_compared = not_carried(pairing, a, b)
@@ -66,11 +66,11 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
 
 
 def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
-    """Match the links and joints of two robots, and give matching ones the same name."""
+    """Match the links and joints of two robots, after removing differences that only come from their formats."""
     a, b = _without_made_visuals(a, b), _without_made_visuals(b, a)
     for at, side, other in ((1, a, b), (0, b, a)):
         output = other.format.output(side.robot)
-        if other.format.names is not None and output is not None:  # options of an output can rename links
+        if other.format.names is not None and output is not None:  # an option of the output can rename links
             names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             other = other._replace(robot=renamed_robot(other.robot, free, {}))
@@ -89,9 +89,9 @@ def _without_made_visuals(side: Side, other: Side) -> Side:
 
 
 def _carrying(side: Side, other: Side) -> Side:
-    """Add masses in a description as the other robot's format does for the links that it leaves out.
+    """Merge the masses of links that the other robot's format omits into the remaining links of a description.
 
-    Only links below moving joints matter here: links that are fixed to each other are compared as one body anyway.
+    Only links below moving joints matter here: links that fixed joints connect are compared as a single body anyway.
     """
     robot, leaves_out = side.robot, other.format.leaves_out
     carried = frozenset(robot.link.keys() & other.robot.link.keys())
@@ -107,14 +107,14 @@ def _carrying(side: Side, other: Side) -> Side:
 
 
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
-    """Return the links that are missing in one robot because of its format, and notes about these links."""
+    """Return the names of links that a robot lacks because of its format, and notes about these links."""
     names: set[str] = set()
     lines: list[str] = []
     for robot, other, side, its in ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a)):
         format, left = its.format, [link.name for link in robot.walk() if link.name not in other.link]
         name = ""
         if side.format is YAML and format.links is not None and len(its.robot.links) != len(robot.links):
-            # An output of the description may have exactly the links of the other file.
+            # The other file may be an artifact of the description that omits links on purpose.
             outputs = [one for one in robot.outputs if one.backend == format.name and format.is_withheld(one)]
             name = next((one.name for one in outputs if set(format.links(robot, one)) == set(its.robot.link)), "")
         if not name and format is YAML:
@@ -130,7 +130,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
 
 
 def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
-    """Report differences in mass of links, or of bodies (fixed links together) if their mass is divided differently."""
+    """Report differences in mass and inertia, unless only their distribution within a rigid body differs."""
     precisions = pairing.a.precision, pairing.b.precision
 
     def differences(name: str, *sides: tuple[Inertial | None, Precision]) -> Sequence[Leaf]:
@@ -163,7 +163,7 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
 
 
 def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial | None, Precision]:
-    """Return (total inertial, precision) of some links of a body, in the frame of one of its links."""
+    """Return the total inertial of some links of a body in the frame of link ``frame``, and its precision."""
     links = [(inertial, name) for name in names if (inertial := bodies.robot.link[name].inertial) is not None]
     parts = [(inertial, bodies.relative(frame, name)) for inertial, name in links]
     if not any(inertial.mass for inertial, _ in parts):
@@ -179,7 +179,7 @@ def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> tuple[Inertial |
 
 
 class Piece(NamedTuple):
-    """A solid in the frame of its link, and the shape from which it comes."""
+    """A solid in the frame of its link, and the shape of the robot that it is a part of."""
 
     link: str
     shape: Shape
@@ -197,10 +197,10 @@ def pieces_of(
     form: str = ROWS,
     words: bool = False,
 ) -> Pieces:
-    """Return the solids of a link without colours; of meshes only the file names are kept.
+    """Divide the shapes of a link into solids without colours; for meshes, only the file names are compared.
 
-    Without ``capsules``, capsules become cylinders as in URDF 1.0. ``form`` is the mode of dividing height maps into
-    boxes (``HeightMap.boxes``). With ``words``, solids include their names and values for simulations.
+    Without ``capsules``, capsules become cylinders, as in URDF 1.0. ``form`` is the way to divide height maps into
+    boxes (see ``HeightMap.boxes``). With ``words``, solids include names and values for simulation, such as friction.
     """
     found: Pieces = []
     for whole in shapes:
@@ -216,7 +216,7 @@ def pieces_of(
 def compare_shapes(
     pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
 ) -> None:
-    """Report differences in visual or collision shapes; each body of A is compared in its frame in ``origins``."""
+    """Report differences in "visual" or "collision" shapes; ``origins`` is the first result of ``compare_frames``."""
     work = _Comparison(pairing, sides, purpose, report)
     done = set()
     for number, (top, goal) in enumerate(pairing.bodies.items()):
@@ -238,7 +238,7 @@ class _Comparison:
         self.bodies = pairing.a, pairing.b
         formats = [side.format for side in sides]
         self.words = formats[0] is formats[1]
-        # In a description and a URDF, a visual may have no colour, but simulator formats have a default colour.
+        # A visual without a colour differs from any colour, except in formats with a default colour, such as MJCF.
         self.says_no_colour = self.words or all(one is FORMATS.published_format() or not one.load for one in formats)
         self.one_box = next((one for one in formats if has_one_box(one)), None)
         no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
@@ -253,7 +253,6 @@ class _Comparison:
             report.not_compared.append(text)
 
     def body(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> None:
-        """Compare the solids of links that are fixed to each other: link by link, then the unmatched rest together."""
         old, new = self._pieces(mine, theirs, origin)
         counts = {name: sum(piece.link == name for piece in old) for name in mine}
         shared = [name for name in mine if name in theirs]
@@ -279,7 +278,7 @@ class _Comparison:
                 self._differ(name, (counts[name], counts[name] - len(left[0]) + len(left[1])), *left)
 
     def _pieces(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> tuple[Pieces, Pieces]:
-        """Return the solids of a body's links in both robots; height maps of both are compared separately."""
+        """Return the solids of a body in A and in B, except height maps that both have."""
         kept: tuple[dict[str, Sequence[Shape]], dict[str, Sequence[Shape]]] = ({}, {})
         for name in dict.fromkeys([*mine, *theirs]):
             pairs = zip(self.bodies, (mine, theirs), strict=True)
@@ -303,7 +302,7 @@ class _Comparison:
 
         rows = cut(0, ROWS), cut(1, ROWS)
         for at in (0, 1):
-            # Extend height maps down to z = 0 if an output does so and then more boxes match the other robot.
+            # Extend the boxes down to z = 0 if an output does so, and if more boxes then match the other robot.
             maps = [name for name, some in kept[at].items() if any(isinstance(s.geometry, HeightMap) for s in some)]
             if maps and any(one.options.get("height_maps") == GROUNDED for one in self.sides[at].robot.outputs):
                 low, other = cut(at, GROUNDED), self._seen(1 - at, rows[1 - at], origin)
@@ -315,12 +314,12 @@ class _Comparison:
         return rows
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
-        """Return solids in ``frame``, a link of their body; if ``frame`` is "", each in the frame of its own link."""
+        """Transform solids to the frame of a link, or return them unchanged if ``frame`` is empty."""
         side = self.bodies[at]
         return [one.solid.seen_from(side.relative(frame, one.link)) if frame else one.solid for one in pieces]
 
     def _take_same_space(self, old: Pieces, new: Pieces, names: Collection[str], frame: str) -> None:
-        """Drop boxes that fill the same space in both robots, because a height map can be divided in different ways."""
+        """Drop boxes that fill the same space in both robots: a height map can be divided in several ways."""
         boxes: list[list[tuple[Piece, Solid]]] = []
         for at, pieces in enumerate((old, new)):
             some = [piece for piece in pieces if piece.link in names]
@@ -344,7 +343,6 @@ class _Comparison:
                 self._named_otherwise([(of[id(change.old[0])], of[id(change.new[0])])])
 
     def _named_otherwise(self, pairs: Iterable[tuple[Piece, Piece]]) -> None:
-        """Report different names of mesh files and different colours; equal changes of a link are reported once."""
         colours: dict[tuple[str, Rgba | None, Rgba | None], None] = {}
         for one, other in pairs:
             files = [getattr(piece.shape.geometry, "file", "") for piece in (one, other)]
@@ -358,7 +356,6 @@ class _Comparison:
             self.report.items.append(Item(VISUAL, link, "colour", text, before, after))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
-        """Return the (old, new) colours of two visuals, each None if not set, or None if they do not differ."""
         old, new = (side.robot.colour(shape) for side, shape in zip(self.bodies, (one, other), strict=True))
         if any(side.format is not YAML for side in self.sides):
             old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))

@@ -1,6 +1,6 @@
-"""The result of comparing two robots: the sides, the differences, and the values that cannot be compared.
+"""The result of comparing two robots: the differences, and the values that cannot be compared.
 
-It is printed as lines for people, and as JSON for programs (``schemas/robot_diff.schema.json``).
+It is printed as text, or as JSON that conforms to ``schemas/robot_diff.schema.json``.
 """
 
 from collections import Counter
@@ -17,18 +17,18 @@ from rosorin_compile.source.wording import count_of, plural, printable
 
 from .precision import POSE_NOISE, Precision, exact
 
-# The format of a description, for comparisons only: it can express everything and is not an artifact.
+# A placeholder for the format of YAML descriptions, which can express all values.
 YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = POSE_NOISE
 
 
 class Side(NamedTuple):
-    """One of two compared robots: its name in the request, its format, and the precision of its numbers."""
+    """One of the two robots of a comparison."""
 
-    label: str
+    label: str  # name or file for messages
     format: Format
     robot: Robot
-    printing: Precision = exact
+    printing: Precision = exact  # largest errors of the numbers in its file
     folder: Path | None = None
 
 
@@ -42,34 +42,34 @@ Scalar = float | str | None
 
 @dataclass(frozen=True)
 class Item:
-    """A difference between two robots, as a sentence and as values in SI units."""
+    """A difference between robots A and B, as a sentence and as values in SI units."""
 
     kind: str
-    name: str  # name of the link or joint in A, or in B if it is new
-    quantity: str
-    text: str
+    name: str  # name of the link or joint in A, or in B if only B has it
+    quantity: str  # what differs, such as "origin"
+    text: str  # the sentence
     before: Scalar = None
     after: Scalar = None
     unit: str = ""
-    distance: float | None = None  # distance between the frames, m
-    angle: float | None = None  # rad
-    when: str = ""  # the joint positions of the largest difference, as text
-    at: Mapping[str, float] = field(default_factory=dict)  # joint positions (rad or m) of the largest difference
+    distance: float | None = None  # how far a frame or a shape moved (m)
+    angle: float | None = None  # by which angle it turned (rad)
+    when: str = ""  # joint positions at which the robots differ: "always" or "away from 0"
+    at: Mapping[str, float] = field(default_factory=dict)  # {joint: position} (rad or m) of the largest difference
 
 
 class Report(NamedTuple):
-    """The result of a comparison: differences, notes, and leaves that cannot be compared."""
+    """The lists to which the parts of a comparison add their results."""
 
     items: list[Item]
     notes: list[str]
-    not_compared: list[str]
+    not_compared: list[str]  # values that a format lacks
 
 
 @dataclass(frozen=True)
 class Difference:
-    """The differences in meaning between two robots; ``notes`` are differences without an effect on the meaning.
+    """The result of comparing two robots: ``items`` are differences with an effect, ``notes`` describe others.
 
-    ``a`` and ``b`` are None if they could not be read or compared; ``diagnostics`` has the errors.
+    ``a`` and ``b`` are None if a robot could not be read or compared; ``diagnostics`` contains the errors.
     """
 
     a: Side | None
@@ -89,11 +89,11 @@ class Difference:
 
     @property
     def same(self) -> bool:
-        """Whether both robots could be read, and no compared value differs."""
+        """True if both robots could be read and no compared value differs."""
         return not self.items and self.a is not None and self.b is not None
 
     def summary(self) -> str:
-        """Return the number of differences of each kind, in one line."""
+        """Return the number of differences of each kind in one line, or "not compared" after errors."""
         if self.a is None or self.b is None:
             return "not compared"
         if self.same:
@@ -113,12 +113,12 @@ class Difference:
 
 
 _WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
-# The limit for text output; JSON has all differences.
+# The maximum number of differences in text output; JSON has all differences.
 _MOST = 200
 
 
 def lines(difference: Difference, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text: the most important differences first, a summary last."""
+    """Format a comparison as lines of text, the most important differences first; ``full`` lists all of them."""
     if difference.a is None or difference.b is None:
         return [*(str(diagnostic) for diagnostic in difference.diagnostics), difference.summary()]
     shown = []

@@ -1,7 +1,4 @@
-"""Compare committed with compiled artifacts by meaning, then as text, and load the artifacts with their engines.
-
-Each committed artifact is read by its format, and its values are compared with the compiled ones.
-"""
+"""Compare committed with compiled artifacts, first their values, then their text, and load them in simulators."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -25,9 +22,9 @@ from .precision import NOISE, POSE_NOISE, Precision, printed_precision
 from .walk import Address, Leaves, compare_leaves, leaves
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
-MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
+MAX_LINES, MAX_WIDTH = 40, 160  # lines of a shortened diff, and characters per line
 _MAX_CHANGES = 100
-_MAX_COMPARED = 20_000  # lines; a diff of more lines takes too long
+_MAX_COMPARED = 20_000  # lines; computing a longer diff takes too long
 _MAX_VALUE = 60  # characters
 _LARGEST_PICTURE = 200_000  # characters; larger pictures are not compared line by line
 _REMARKS = {
@@ -38,20 +35,16 @@ _REMARKS = {
 
 
 class TextDifference(NamedTuple):
-    """A difference in the text of a file: its kind, a remark, and for a changed file the lines of a unified diff.
-
-    ``shown`` is False if the diff is not useful to a person, such as the diff of a picture.
-    """
+    """A difference in the text of a committed file."""
 
     file: str
-    kind: str
+    kind: str  # CHANGED, MISSING, EXTRA or NOT_TEXT
     remark: str = ""
-    lines: tuple[str, ...] = ()
-    shown: bool = True
+    lines: tuple[str, ...] = ()  # the unified diff of a changed file
+    shown: bool = True  # False if the diff is not readable, such as the diff of a picture
 
 
 def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
-    """Return the unified diff of two texts, without line ends and with visible control characters."""
     before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
     if max(len(before), len(after)) > _MAX_COMPARED:
         return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
@@ -63,13 +56,13 @@ def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
 
 
 def shorten(lines: Sequence[str]) -> list[str]:
-    """Return the first lines of a diff, with long lines cut, and a line with the number of omitted lines."""
+    """Shorten a diff: cut long lines, keep the first 40 lines, and append the number of omitted lines."""
     more = [f"... {len(lines) - MAX_LINES} more lines (--full shows them)"] if len(lines) > MAX_LINES else []
     return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
 
 
 def _first_difference(old: str, new: str) -> str:
-    """Return the differing words in the first changed line, with their XML element or YAML key."""
+    """Describe the first line that differs: its number, its XML element or YAML key, the old and new words."""
     for number, lines_here in enumerate(zip_longest(old.splitlines(), new.splitlines(), fillvalue=""), 1):
         before, after = (line.split() for line in lines_here)
         if before == after:
@@ -86,23 +79,20 @@ def _first_difference(old: str, new: str) -> str:
 
 
 class Comparison(NamedTuple):
-    """The differences between committed and compiled artifacts, in meaning and in text.
-
-    ``pairs`` are the artifacts that differ and can be parsed, each with its committed and its compiled values.
-    """
+    """The differences between committed and compiled artifacts, in values and in text."""
 
     changes: tuple[Change, ...]
     texts: tuple[TextDifference, ...]
-    pairs: tuple[Pair, ...] = ()
+    pairs: tuple[Pair, ...] = ()  # the values in artifacts that differ and can be parsed
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
-    """Compare committed files (bytes by name) with compiled artifacts."""
+    """Compare committed files (contents by file name) with the compiled artifacts of a robot."""
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     extra = committed.keys() - {artifact.file for artifact in artifacts}
     texts = [TextDifference(file, EXTRA, _REMARKS[EXTRA]) for file in extra]
     pairs: list[Pair] = []
-    changed: list[tuple[Artifact, str, str]] = []  # artifact, old text, remark
+    changed: list[tuple[Artifact, str, str]] = []  # (artifact, committed text, remark)
     for number, artifact in enumerate(arranged):
         Progress.step(f"comparing {artifact.file},", number, len(arranged))
         try:
@@ -129,7 +119,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
                 remark = f"different text; nothing that is compared by meaning differs: {_first_difference(old, new)}"
-                with suppress(ValueError, SyntaxError):  # ignore space, comments and number notation
+                with suppress(ValueError, SyntaxError):  # compare without spaces and comments
                     if format.syntax is not None and format.syntax(old) == format.syntax(new):
                         remark = "same meaning, different text"
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
@@ -139,10 +129,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text: changes of meaning, remarks and a hint, then the text diffs.
-
-    Diffs are shortened unless ``full``.
-    """
+    """Format a comparison as lines of text: changed values, remarks, then text diffs, shortened unless ``full``."""
     lines, texts = [change.line() for change in comparison.changes], comparison.texts
     if not full and len(lines) > _MAX_CHANGES:
         lines[_MAX_CHANGES:] = [f"... {count_of(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
@@ -156,25 +143,21 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
 
 
 class GoldenDifferences(NamedTuple):
-    """The differences between committed files and compiled artifacts, and the errors of engines that load these.
-
-    ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are artifacts that
-    were edited by hand: they contradict an artifact that is up to date, so the description did not change.
-    """
+    """The differences between committed files and compiled artifacts, and errors from loading the artifacts."""
 
     comparison: Comparison
     committed: Mapping[str, bytes]
-    meshes: tuple[tuple[str, str], ...]
+    meshes: tuple[tuple[str, str], ...]  # (name, description of the difference) of differing mesh files
     diagnostics: list[Diagnostic]
     folder: Path
-    edited: tuple[Artifact, ...] = ()
+    edited: tuple[Artifact, ...] = ()  # artifacts that were edited by hand
 
     def differing_files(self) -> tuple[str, ...]:
         """Return the names of the files that differ from the compiled ones."""
         return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
 
     def lines(self, full: bool = False) -> list[str]:
-        """Return the differences as lines of text; text diffs are shortened unless ``full``."""
+        """Format the differences as lines of text; long diffs are shortened unless ``full`` is True."""
         outputs = {artifact.output for artifact in self.edited}
         changes = tuple(change for change in self.comparison.changes if not outputs.issuperset(change.artifacts))
         return [
@@ -187,9 +170,10 @@ class GoldenDifferences(NamedTuple):
 def compare_committed(
     compiled: CompileResult, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
 ) -> GoldenDifferences:
-    """Compare a compiled robot without errors with the files in its outputs folder.
+    """Compare a robot that was compiled without errors with the files in its outputs folder.
 
-    ``load`` returns the robot with source positions, to which errors of engines are mapped.
+    ``committed`` maps file names to contents. ``load`` loads the robot with source positions, so that errors of
+    simulators refer to lines of the YAML. Raises ValueError if the robot has errors.
     """
     if compiled.robot is None:
         raise ValueError("a robot with errors has no artifacts")
@@ -205,7 +189,7 @@ def compare_committed(
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
-    """Return the artifacts whose committed text contradicts another, up-to-date artifact.
+    """Return the artifacts that were edited by hand: their committed text contradicts an up-to-date artifact.
 
     If the description had changed, the other artifact would not be up to date.
     """
@@ -236,9 +220,9 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
 
 
 def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
-    """Load artifacts in a folder with their engines; return diagnostics about failures and missing engines.
+    """Load artifacts with the programs that they are for, such as MuJoCo, and return diagnostics.
 
-    An engine that is too old is a warning, one that is not installed a note.
+    A program that is too old for an artifact is a warning, a program that is not installed a note.
     """
     diagnostics: list[Diagnostic] = []
     missing: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""The precision of numbers: in descriptions (exact), in files (by printed digits), and after calculations."""
+"""The largest errors of numbers: zero in descriptions, depending on the digits in files, larger after calculations."""
 
 import math
 import re
@@ -9,39 +9,39 @@ from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import norm
 from rosorin_compile.source.numbers import off_by_short, off_by_six, six
 
-# A function from a key ("xyz", "rpy", "ixx") and its numbers to the largest error of these numbers.
+# A function that returns the largest error of the numbers of a key: precision("xyz", 0.1, 0.2, 0.3).
 Precision = Callable[..., float]
-Precisions = tuple[Precision, Precision]  # of two compared sides
+Precisions = tuple[Precision, Precision]  # for the old and for the new numbers
 
-# Rounding error of floating-point arithmetic, relative to the larger of two numbers (and to 1 m or 1 rad).
+# Rounding error of floating-point arithmetic, relative to the larger of two numbers, or to 1 if that is larger.
 NOISE = 1e-12
 # Accumulated rounding error of a chain of transforms (m, or an entry of a rotation matrix).
 POSE_NOISE = 1e-9
-# Factors for the combined error of three coordinates, and of three angles (if all rotate about one line).
+# Factors from the error of a single number to that of a position (three coordinates) or rotation (three angles).
 ROOT_THREE, TURNS = 3**0.5, 3.0
-# A number with fewer characters than this counts as exact, not as rounded: 0.1 is 0.1.
+# Numbers with at most this many characters do not show how many digits are printed: 0.1 can be exact.
 _FEWEST = 6
 # The error of a number that is calculated from printed numbers is larger by this factor.
 _CALCULATED = 4.0
-# No angle (rad) or entry of a quaternion is larger.
+# Upper bound of angles (rad) and of entries of quaternions.
 _LARGEST_ANGLE = 4.0
 
 _IN_TEXT = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 
 
 def exact(key: str, *values: float) -> float:  # noqa: ARG001
-    """Return zero, the precision of exact numbers."""
+    """Return zero, the error of exact numbers, as a ``Precision`` function."""
     return 0.0
 
 
 def rounding_precision(length: float, angle: float) -> Precision:
-    """Return the precision of numbers with a maximum error of ``length`` (m), and ``angle`` (rad) for angles."""
+    """Return a ``Precision`` with the error ``angle`` (rad) for Euler angles ("rpy"), else ``length`` (m)."""
     return lambda key, *values: angle if key == "rpy" else length  # noqa: ARG005
 
 
 def printed_precision(text: str) -> Precision:
-    """Return the precision of the numbers in an artifact, estimated from its printed digits."""
-    # The text has six digits if formatting with ``six`` changes none of its numbers.
+    """Return a ``Precision`` for the numbers in an artifact, estimated from its printed digits."""
+    # If rounding to six digits changes no number of the text, all were printed with six digits.
     long = {float(token) for token in _IN_TEXT.findall(text) if len(token) > _FEWEST}
     is_six = all(float(six(value)) == value for value in long if math.isfinite(value))
     off_by = off_by_six if is_six else off_by_short
@@ -57,34 +57,34 @@ def printed_precision(text: str) -> Precision:
 
 
 def join_errors(first: float, second: float) -> float:
-    """Return the largest difference of two printed numbers for the same value, from their largest errors.
+    """Return the largest difference between two printed numbers for the same value, given the error of each.
 
-    Numbers with equal errors are rounded in the same way. Adjacent printed numbers are two errors apart and must count
-    as different, so the result is less than the sum of the errors.
+    Equal errors mean that both numbers are rounded in the same way. Then adjacent printed numbers, which are two errors
+    apart, must count as different, so the result is less than the sum of the errors.
     """
     larger, smaller = max(first, second), min(first, second)
     return larger + min(smaller, larger / 2)
 
 
 def same_number(first: float, second: float, tolerance: float = NOISE) -> bool:
-    """Return True if two numbers differ by at most ``tolerance``, relative to the larger one or to 1."""
+    """Return True if two numbers are equal within ``tolerance``, relative to the larger number or to 1."""
     return abs(first - second) <= tolerance * max(1.0, abs(first), abs(second))
 
 
 class RoundedTransform(NamedTuple):
-    """A transform and its uncertainty: a length (m) and an angle (rad)."""
+    """A transform with its largest errors: ``length`` (m) for the position, ``angle`` (rad) for the rotation."""
 
     transform: Transform
     length: float = 0.0
     angle: float = 0.0
 
     def then(self, child: "RoundedTransform") -> "RoundedTransform":
-        """Return this transform followed by ``child``."""
+        """Return this transform followed by ``child``, with the sum of their errors."""
         length = self.length + child.length + self.angle * norm(child.transform.xyz)
         return RoundedTransform(self.transform.then(child.transform), length, self.angle + child.angle)
 
     def inverse(self) -> "RoundedTransform":
-        """Return the inverse transform with its uncertainty."""
+        """Return the inverse transform with its errors."""
         length = self.length + self.angle * norm(self.transform.xyz)
         return RoundedTransform(self.transform.inverse(), length, self.angle)
 

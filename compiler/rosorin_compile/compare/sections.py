@@ -1,4 +1,4 @@
-"""Compare joints and all sections of two robots, except values that a format cannot express."""
+"""Compare the values of two robots except frames, masses and shapes, as far as both formats can express them."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -20,8 +20,8 @@ from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
 from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
-ONE_BOX = "several shapes"  # the topic of formats that have room for only one box per link
-# Topics that a format may not support: (key of a description, name in messages, pattern of leaves "KIND QUANTITY").
+ONE_BOX = "several shapes"  # the topic that a format lacks if it supports only one box per link
+# Topics that a format may not support: (YAML key, name in messages, regex for "KIND QUANTITY" of a value).
 _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "mass": ("links.inertial", "masses", "link (mass|centre of mass|inertia)"),
     "collision": ("links.collision.box.size", "collision shapes", "link collision|height map (heights|cell|origin)?$"),
@@ -46,14 +46,14 @@ _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "fixed joint name": ("sensors.joint", "names of fixed joints", "$"),
     "urdf_elements": ("urdf_elements", "elements for URDF alone", "(joint|link|robot) element"),
 }
-# Leaves that every format supports; leaves (with their topic) that are only compared between equal formats.
+# Values that every format supports; topics of values that are only compared between robots in the same format.
 _ALWAYS = re.compile(r"joint (type|child|axis|limit (lower|upper))?|frame (parent|origin)?|link |robot ")
 _SAME_FORMAT = {"robot modes": "mode", "material rgba": "", "material texture": ""}
-# Topics that a writer may omit entirely, because of an option or of its format.
+# Topics that are not compared if a file has none of their values: a writer may have omitted them.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
-_OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots of the same format
-_ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that other functions compare
-# Quantities that are zero by default.
+_OF_DESCRIPTIONS = ("", "planning", "mode")  # topics that are only compared between robots in the same format
+_ELSEWHERE = ("mass", "collision", "visual", "urdf_elements")  # topics that are compared by other functions
+# Quantities of joints that default to zero.
 _ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv")
 
 
@@ -63,7 +63,7 @@ def compare_sections(
     """Report differences other than frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
     lacking = _lacking(sides[0].format) | _lacking(sides[1].format)
-    # Links and joints are already matched by name, but references in sections still have the original names.
+    # Unlike the robots in ``pairing``, the sides still have their original names: rename their links and joints.
     old, new = (_leaves(side.robot, lacking, sides) for side in sides)
     old = pairing.rename_leaves(0, old, new)
     new = pairing.rename_leaves(1, new, old)
@@ -77,7 +77,7 @@ def compare_sections(
         if first is not None and second is not None:
             _reduce(thing, (first, second), robots, flipped)
         elif kind in ("joint", "link", "height map") or (kind == "frame" and name in placed):
-            old.pop(thing, None)  # a link or joint that only one robot has is reported elsewhere
+            old.pop(thing, None)  # new and removed links are reported by ``compare_names``
             new.pop(thing, None)
     _without_equals(old, new)
     if "urdf_elements" not in topics:
@@ -91,8 +91,8 @@ def compare_sections(
 
 
 def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> Leaves:
-    """Return the leaves of a robot, normalized so that robots of different formats can be compared."""
-    if "simulation" in lacking and "actuator" not in lacking:  # an MJCF has one damping for joint and actuator
+    """Return the values of a robot, normalized so that robots in different formats can be compared."""
+    if "simulation" in lacking and "actuator" not in lacking:  # MJCF has one damping value for joint and actuator
         joints = []
         for joint in robot.joints:
             actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
@@ -124,7 +124,6 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
 
 
 def _topic(thing: Thing, quantity: str, robot: Robot) -> str | None:
-    """Return the topic of a leaf, or None if every format supports the leaf."""
     (kind, name), leaf = thing, f"{thing[0]} {quantity}"
     if kind == "frame" and name not in robot.joint_to:
         return "edge"
@@ -152,7 +151,6 @@ def _words_of_packages() -> frozenset[str]:
 
 @cache
 def _lacking(format: Format) -> frozenset[str]:
-    """Return the topics that a format does not support; a description supports all."""
     keys = {} if format is YAML else _TOPICS
     found = {topic for topic, (key, *_) in keys.items() if lacks(format, key)}
     return frozenset(found | ({ONE_BOX} if has_one_box(format) else set()))
@@ -161,7 +159,7 @@ def _lacking(format: Format) -> frozenset[str]:
 def _not_compared(
     sides: tuple[Side, Side], robots: Sequence[Robot], both: Sequence[Leaves], report: Report
 ) -> frozenset[str]:
-    """Report and return the topics that are not compared between robots in these formats."""
+    """Return the topics that are not compared between these formats, and report those that a robot has."""
     has: list[set[str]] = []
     for found, robot in zip(both, robots, strict=True):
         things = ((thing, quantity) for thing, entry in found.items() for quantity in entry or ("",))
@@ -182,7 +180,7 @@ def _not_compared(
                 report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.named}, which {why}")
         topics |= {*lost, *empty, *lacking}
     if not equal_formats and "contact" not in topics:
-        # All other excluded contacts are between adjacent links, which formats exclude in different ways.
+        # Formats differ in the contacts between adjacent links that they disable by default.
         topics.add("contact")
         if "contact" in has[0] | has[1]:
             report.not_compared.append("disabled contacts: a simulation adds those of neighbours")
@@ -190,10 +188,9 @@ def _not_compared(
 
 
 def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None:
-    """Remove leaves that are not compared here: unsupported topics, masses, shapes and URDF elements."""
     for thing in [*found]:
         kind, entry = thing[0], found[thing]
-        is_name_only = not entry  # the entry has no values, such as a contact layer
+        is_name_only = not entry  # such as a contact layer, which has no values
         of = {quantity: _topic(thing, quantity, robot) for quantity in entry or ("",)}
         for quantity, topic in of.items():
             if topic in topics or (topic in _ELSEWHERE and kind != "height map"):
@@ -208,7 +205,7 @@ def _without_topics(found: Leaves, topics: frozenset[str], robot: Robot) -> None
 def _reduce(
     thing: Thing, entries: Sequence[dict[str, Any]], robots: Sequence[Robot], flipped: Mapping[str, bool]
 ) -> None:
-    """Remove leaves of an entry that are compared elsewhere, or that differ without a difference in meaning."""
+    """Remove values that are compared elsewhere, or whose difference has no effect on the robot."""
     kind, name = thing
     keys = {*entries[0], *entries[1]}
     gone: set[str] = set()
@@ -225,7 +222,7 @@ def _reduce(
         gone = {"joint"}
     elif kind == "drive" and entries[0].get("kind") != entries[1].get("kind"):
         gone = keys - {"kind"}
-    elif kind == "pose":  # unnamed joints are at zero, mimic joints follow
+    elif kind == "pose":  # joints that a pose omits are at zero; mimic joints depend on others
         both = robots[0].joint.keys() & robots[1].joint.keys()
         gone = keys & (robots[0].joint.keys() ^ robots[1].joint.keys())
         gone |= {word for word in keys & both if any(robot.joint[word].mimic for robot in robots)}
@@ -237,7 +234,7 @@ def _reduce(
 
 
 def _without_equals(old: Leaves, new: Leaves) -> None:
-    """Remove equal entries from lists of unnamed entries, and renumber the others."""
+    """Remove equal entries from both lists of unnamed entries, and renumber the remaining entries."""
     for kind in dict.fromkeys(kind for kind, name in (*old, *new) if name.isdecimal()):
         lists = [[side.pop(one) for one in [*side] if one[0] == kind and one[1].isdecimal()] for side in (old, new)]
         for entry in [*lists[0]]:
@@ -270,7 +267,7 @@ def _scalar(value: Any) -> float | str | None:
 
 
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
-    """Add URDF elements that only one robot has, without those that its outputs generate from other keys."""
+    """Add raw URDF elements that only one robot has and that no output of the other robot generates."""
     a, b = robots
     followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
     made: list[list[frozenset[Key]]] = []
@@ -286,7 +283,7 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
         for at, side in enumerate((old, new)):
             alone = has[at] - has[1 - at]
             if name == "the robot":
-                # Elements that every output generates must also be in the file.
+                # Elements that every output of a description generates must also exist in the file to compare with.
                 every = frozenset() if robots[1 - at].outputs or not made[at] else frozenset.intersection(*made[at])
                 alone = alone.difference(*made[1 - at]) | (every - has[1 - at])
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}

@@ -1,4 +1,4 @@
-"""Describe differences in sentences: what changed, then the old and new values with enough digits to differ."""
+"""Describe differences in sentences, with enough digits to distinguish the old from the new value."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -17,16 +17,16 @@ INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 NEW, REMOVED = "new", "removed"
 _MAX_TEXT = 60
 _MOST = 3
-# Differences up to this length (m) or angle (rad) are rounding.
+# Differences up to this length (m) or angle (rad) are rounding errors.
 _LEAST = 1e-12
-# The change of a coordinate is printed if it is at least this fraction of the distance.
+# The change of a coordinate is printed if it is more than this fraction of the distance between the poses.
 _SHARE = 1e-9
-# A distance (m) and an angle (rad): how far a frame moved and turned, or the precision of its pose.
+# A distance (m) and an angle (rad), either between two poses or as the largest error of a pose.
 Apart = tuple[float, float]
 
 
 def number(value: float, other: float | None = None) -> str:
-    """Format a number with enough digits to distinguish it from ``other``."""
+    """Format a number with six significant digits, or more if needed to distinguish it from ``other``."""
     return exact(float(f"{value:.6g}")) if other is None or other == value else number_pair(value, other)[0]
 
 
@@ -50,12 +50,12 @@ def row(values: Iterable[float]) -> str:
 
 
 def several(names: Sequence[str]) -> str:
-    """Format a list of names: the first few, and the number of the rest."""
+    """Join the first three names, and append the number of the rest."""
     return first_of(names, _MOST)
 
 
 def step(difference: float, old: float, unit: str) -> str:
-    """Format a signed change in mm, deg or g, for other units as a fraction of the old value; empty without a unit."""
+    """Format a signed change in mm, deg or g, or for other units as a percentage of ``old``; "" without a unit."""
     sign = "-" if difference < 0 else "+"
     if unit in SMALL:
         return f"{sign}{amount(abs(difference), unit)}"
@@ -81,7 +81,7 @@ def with_remark(text: str, remark: str) -> str:
 
 
 def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
-    """Describe how a value changed; ``unit`` is the unit of a number, and None means not set."""
+    """Describe how the value of ``about`` changed. None means that the value is not set."""
     if old is None or new is None:
         what, value = (NEW, text_of(new)) if old is None else (f"{REMOVED}, was", text_of(old))
         return f"{about}: {what}{',' if what == NEW else ''} {value} {unit}".rstrip()
@@ -97,7 +97,7 @@ def is_number(value: Any) -> bool:
 
 
 def text_of(value: Any, other: Any = None) -> str:
-    """Format a value with enough digits to distinguish it from ``other``; None as "nothing"."""
+    """Format a value, with enough digits to distinguish it from ``other``; None becomes "nothing"."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -118,7 +118,7 @@ def text_of(value: Any, other: Any = None) -> str:
 
 
 def _text_pair(old: Any, new: Any) -> tuple[str, str]:
-    """Format two different values; long texts are cut to begin shortly before their first difference."""
+    """Format two different values; of long texts, only the part around the first difference is shown."""
     if not isinstance(old, str) or not isinstance(new, str):
         before, after = text_of(old, new), text_of(new, old)
         if max(len(before), len(after)) <= _MAX_TEXT:
@@ -136,7 +136,7 @@ def _quoted(text: str, first: int) -> str:
 
 
 def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart) -> str:
-    """Describe the old and new values of the coordinates that changed by more than ``least`` (m, rad)."""
+    """Describe the coordinates of a pose that changed by more than ``least`` (m, rad)."""
     places, turns = zip(AXES, old.xyz, new.xyz, strict=True), _near_angles(old.rpy, new.rpy)
     rows = (places, "m"), (zip(ANGLES, turns, new.rpy, strict=True), "rad")
     parts = []
@@ -150,10 +150,10 @@ def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart) -> str:
 def describe_move(
     frame: str, parents: tuple[str, str], poses: Sequence[Pose], apart: Apart, least: Apart, others: Sequence[str] = ()
 ) -> str:
-    """Describe how the pose of a frame changed.
+    """Describe how the pose of a frame changed, ignoring changes up to ``least`` (m, rad).
 
-    ``apart`` is how far the frame moved and turned, ``others`` are frames that moved with it. The caller reports a
-    changed parent; then only the coordinates are described. Changes up to ``least`` are ignored.
+    ``parents`` and ``poses`` are (old, new). ``apart`` is the distance (m) and the angle (rad) between the poses,
+    ``others`` moved together with this frame. If the parent changed, only the coordinates are described.
     """
     with_it = f", and with it {several(others)}" if others else ""
     steps = coordinates(poses[0], poses[1], apart, least)
@@ -163,9 +163,9 @@ def describe_move(
 
 
 def _near_angles(old: Vector, new: Vector) -> Vector:
-    """Return angles (rad) of the same rotation as ``old`` that are as close to ``new`` as possible."""
+    """Return roll, pitch and yaw (rad) of the same rotation as ``old``, as close to ``new`` as possible."""
     roll, pitch, yaw = old
-    half = math.pi + 2e-6  # so that half a turn is positive, even with rounding
+    half = math.pi + 2e-6  # slightly more than pi, so that rounding does not change the sign
     forms = [(roll, pitch, yaw), (roll + math.pi, math.pi - pitch, yaw + math.pi)]
     near = [[b + half - (half - a + b) % math.tau for a, b in zip(form, new, strict=True)] for form in forms]
     best = min(near, key=lambda form: sum(abs(a - b) for a, b in zip(form, new, strict=True)))
@@ -174,7 +174,7 @@ def _near_angles(old: Vector, new: Vector) -> Vector:
 
 
 def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None) -> str:
-    """Describe how the axis of a joint changed; ``angle`` is the rotation (rad), if the axes do not show it."""
+    """Describe how the axis of a joint changed; ``angle`` is the angle (rad) between the axes, by default computed."""
     if angle is None:
         angle = angle_between(old, new) if norm(old) and norm(new) else 0.0
     if angle > math.pi - _LEAST:
@@ -184,7 +184,7 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
 
 
 def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least: float = 0.0) -> str:
-    """Describe how an inertia (kg*m^2; xx yy zz xy xz yz) changed, ignoring entries with changes up to ``least``."""
+    """Describe how an inertia tensor (kg*m^2; xx yy zz xy xz yz) changed, ignoring changes up to ``least``."""
     entries = [(name, a, b) for name, a, b in zip(INERTIA, old, new, strict=True) if abs(b - a) > least]
     parts = [f"i{name} {' -> '.join(number_pair(a, b))}" for name, a, b in entries]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
@@ -193,13 +193,13 @@ def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least:
 
 
 def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> str:
-    """Describe a new or removed entry; ``how`` says how it is attached, ``others`` are attached to it."""
+    """Describe an entry that is NEW or REMOVED (``word``), how it is attached, and ``others`` attached to it."""
     sentence = with_remark(f"{word}: {what} {name}".rstrip(), ", ".join(filter(None, how)))
     return f"{sentence}, and with it {several(others)}" if others else sentence
 
 
 def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
-    """Describe the new and removed members of a set."""
+    """Describe which members were added to a set and removed from it."""
     before, after = frozenset(old), frozenset(new)
     sides = ((sorted(after - before), NEW), (sorted(before - after), REMOVED))
     parts = [f"{len(members)} {what} ({several(members)})" for members, what in sides if members]
@@ -207,17 +207,17 @@ def set_change(title: str, old: Iterable[str], new: Iterable[str]) -> str:
 
 
 def colour_change(about: str, old: Sequence[float] | None, new: Sequence[float] | None) -> str:
-    """Describe how a colour changed."""
+    """Describe how a colour (RGBA) changed. None means that no colour is set."""
     return f"{about} colour {text_of(old, new) if old else 'none'} -> {text_of(new, old) if new else 'none'}"
 
 
 def size_of(grid: Sequence[Sequence[float]]) -> str:
-    """Format the size of a height map in cells."""
+    """Format the number of cells of a height map, such as "20 x 30"."""
     return f"{len(grid)} x {len(grid[0]) if grid else 0}"
 
 
 def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequence[float]], least: float) -> str:
-    """Describe how the heights (m) of a height map changed, ignoring changes up to ``least``."""
+    """Describe how the heights (m) in the cells of a height map changed, ignoring changes up to ``least``."""
     cells = (pair for lines in zip(old, new, strict=False) for pair in zip(*lines, strict=False))
     steps = [abs(b - a) for a, b in cells if abs(b - a) > least]
     parts = [f"{size_of(old)} -> {size_of(new)} cells"] if size_of(old) != size_of(new) else []

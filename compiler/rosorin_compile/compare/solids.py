@@ -1,4 +1,4 @@
-"""Compare unordered sets of solids: two are equal if they fill the same space within the precision of their numbers."""
+"""Compare unordered sets of solids: two solids are equal if they fill the same space within their rounding errors."""
 
 import math
 from bisect import bisect_left, bisect_right
@@ -13,7 +13,7 @@ from rosorin_compile.model.shape import Rgba
 from .precision import POSE_NOISE, ROOT_THREE, TURNS, Precision, RoundedTransform, exact, join_errors
 from .sentences import text_of
 
-# Names of the sizes of each kind of solid: full extents and lengths (m) as in URDF, or scale factors of a mesh.
+# Names of the sizes of each kind of solid: full lengths (m) and radii (m) as in URDF, or scale factors of a mesh.
 SIZES = {
     "box": ("size x", "size y", "size z"),
     "cylinder": ("radius", "length"),
@@ -28,21 +28,21 @@ _MOST_CELLS = 500_000
 
 
 class Solid(NamedTuple):
-    """A shape in the frame of its link: full sizes and centre (m), rotation, colour and names."""
+    """A geometric shape in the frame of its link, with its colour and names."""
 
     kind: str
-    sizes: tuple[float, ...]
-    centre: Vector
-    rows: Rows
-    words: tuple[str, ...] = ()  # such as "name skin" or "file a.stl"
+    sizes: tuple[float, ...]  # see ``SIZES``
+    centre: Vector  # m
+    rows: Rows  # rotation matrix
+    words: tuple[str, ...] = ()  # names and other attributes, such as "name skin" or "file a.stl"
     rgba: Rgba | None = None
-    tolerance: float = 0.0  # error of its lengths (m)
-    turn_tolerance: float = 0.0  # error of the entries of its rotation matrix
-    colour_tolerance: float = 0.0  # error of its colour components
+    tolerance: float = 0.0  # largest error of sizes and centre (m)
+    turn_tolerance: float = 0.0  # largest error of an entry of the rotation matrix
+    colour_tolerance: float = 0.0  # largest error of a colour component
 
     @property
     def box(self) -> Box | None:
-        """The solid as an axis-aligned box in its link, or None if it is not a box or is rotated."""
+        """The box in the frame of its link, or None if the solid is rotated or is not a box."""
         if self.kind != "box" or self.rows != _UPRIGHT:
             return None
         half = tuple(size / 2 for size in self.sizes)
@@ -50,7 +50,7 @@ class Solid(NamedTuple):
 
     @property
     def as_cylinder(self) -> "Solid":
-        """The solid with a capsule replaced by a cylinder of equal full length, as in formats without capsules."""
+        """The solid, or for a capsule, the cylinder of equal full length that replaces it in other formats."""
         if self.kind != "capsule":
             return self
         radius, length = self.sizes
@@ -65,7 +65,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
-    """Convert a shape (not a height map) to a solid; a size is computed from ``share`` printed numbers."""
+    """Convert a shape, but not a height map, to a solid; ``share`` scales the error of its sizes."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
     kind = type(geometry).__name__.lower()
@@ -75,7 +75,7 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
         sizes = tuple(2 * radius for radius in geometry.radii)
     else:
         sizes = tuple(getattr(geometry, name) for name in SIZES[kind])
-    key = SIZES[kind][-1].split(" ")[0]  # size, scale, length or radius: its digits determine the precision
+    key = SIZES[kind][-1].split(" ")[0]  # "size", "scale", "length" or "radius"
     length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
     tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
@@ -92,7 +92,7 @@ def _words(shape: Shape) -> tuple[str, ...]:
 
 
 class Matches(NamedTuple):
-    """The result of matching two sets of solids, by index: equal pairs, and the unmatched solids of each set."""
+    """The result of matching two sets of solids: index pairs of equal solids, and indices of unmatched solids."""
 
     pairs: list[tuple[int, int]]
     old: list[int]
@@ -100,12 +100,12 @@ class Matches(NamedTuple):
 
 
 def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE) -> Matches:
-    """Match equal solids of two sets; differences up to ``noise`` (m, and rotation entries) are ignored."""
+    """Match equal solids of two sets, ignoring differences up to ``noise`` (m, or entries of a rotation matrix)."""
     twins: dict[Solid, list[int]] = {}
     for index in reversed(range(len(new))):
         twins.setdefault(new[index], []).append(index)
     pairs = [(index, twins[solid].pop()) for index, solid in enumerate(old) if twins.get(solid)]
-    # Compare the rest only with nearby solids, because a large height map has thousands of boxes.
+    # Compare the remaining solids only with nearby solids, because a large height map has thousands of boxes.
     known = {index for index, _ in pairs}
     order = sorted((index for rest in twins.values() for index in rest), key=lambda index: new[index].centre)
     places = [new[index].centre[0] for index in order]
@@ -123,7 +123,7 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
 
 
 def same(one: Solid, other: Solid, noise: float) -> bool:
-    """Return True if two solids have equal colours and names, and fill the same space within their precision."""
+    """Return True if two solids have equal colours and names, and fill the same space within ``noise`` and rounding."""
     if one[:6] == other[:6]:
         return True
     tint = noise + join_errors(one.colour_tolerance, other.colour_tolerance)
@@ -138,7 +138,7 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     same_sizes = all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
     if one.kind == "sphere" or not is_turned:
         return same_sizes
-    if one.kind == "box":  # its axes may be permuted
+    if one.kind == "box":  # a rotated box with swapped sizes can be equal
         turn = length + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2]))
     elif one.kind not in ROUND or not same_sizes:
         return False
@@ -154,7 +154,7 @@ def same_colour(one: Rgba | None, other: Rgba | None, least: float) -> bool:
 
 
 def _points(solid: Solid) -> list[Vector]:
-    """Return points about the centre that show the rotation of a solid: corners of a box, or ends of an axis."""
+    """Return the corners of a box relative to its centre, or the ends of the axis of any other solid."""
     turn = Transform(solid.rows)
     if solid.kind == "box":
         a, b, c = (size / 2 for size in solid.sizes)
@@ -163,7 +163,7 @@ def _points(solid: Solid) -> list[Vector]:
 
 
 def turned_by(one: Solid, other: Solid) -> float:
-    """Return the rotation (rad) between two solids; the angle of a round solid about its axis is ignored."""
+    """Return the angle (rad) between two solids; the rotation of a round solid about its axis is ignored."""
     if one.kind == other.kind == "sphere":
         return 0.0
     if one.kind == other.kind and one.kind in ROUND:
@@ -173,12 +173,12 @@ def turned_by(one: Solid, other: Solid) -> float:
 
 
 def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE_NOISE) -> bool:
-    """Return True if two sets of boxes along the axes of one frame fill the same space, even if divided differently."""
+    """Return True if two sets of axis-aligned boxes fill the same space, even if they divide it differently."""
     first, second = ([box for solid in solids if (box := solid.box) is not None] for solids in (one, other))
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
     near = noise + POSE_NOISE + join_errors(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
-    marks: list[list[float]] = []  # coordinates of box faces along each axis
+    marks: list[list[float]] = []  # sorted coordinates of all box faces, for each axis
     for axis in range(3):
         ends = sorted(corner[axis] for box in (*first, *second) for corner in (box.lower, box.upper))
         marks.append([end for at, end in enumerate(ends) if not at or end - ends[at - 1] > near])
@@ -193,7 +193,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return the largest change (m) of faces, centres and sizes, or None if the kind or only the rotation changed."""
+    """Return the largest change (m) of faces, centres and sizes, or None if a kind or only rotations changed."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

@@ -1,12 +1,11 @@
-"""Compare two values of one dataclass type, and return every leaf (a single value) that differs.
+"""Convert robots and artifacts to dicts of single values ("leaves"), and find values that differ.
 
-A leaf has an address: the kind and the name of its entry, and its quantity ("frame laser, origin"). A change has the
-same address in every format, because all values are built from the dataclasses of the model: a ``Robot``, or a small
-dataclass of a format, whose fields are named after the kind of entries that they contain by name.
+``leaves`` converts a ``Robot``, or a small dataclass of a format, to a dict {(kind, name): {quantity: value}}, such as
+{("frame", "laser"): {"origin": pose}}. The same value has the same address in every format.
 
-Leaves also show which links and joints have new names, between two versions of a robot or between two robots. Two links
-that only one side has are the same link if the joint above them has the same name, if the same frame is attached to
-them, or if their pose is equal. Two joints are the same joint if the link below them is the same.
+The module also finds links and joints that were renamed. A link that only the old robot has and a link that only the
+new robot has are the same link if the joint above has the same name, if the same frame is attached to both, or if their
+pose is equal. Two joints are the same joint if they have the same child link.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -29,7 +28,7 @@ from .solids import Solid, match, solid_of
 
 
 class Address(NamedTuple):
-    """The address of a leaf: kind and name of the entry, and the quantity ("" for the existence of the entry)."""
+    """The address of a value: kind and name of the entry, and the quantity ("" for the entry itself)."""
 
     kind: str
     name: str
@@ -37,7 +36,7 @@ class Address(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """A leaf that differs, with its old and new value; None if that side lacks the leaf."""
+    """A value that differs; ``old`` or ``new`` is None if that side does not have the value."""
 
     address: Address
     old: Any
@@ -52,18 +51,18 @@ Names = Mapping[str, str]
 SKIPPED = frozenset(
     {"source", "stand_in", "stand_ins", "outputs", "missing_meshes", "mesh_files", "mesh_contents", "root_in_world"}
 )
-# The word for an entry of each section. Sections that are not listed here have separate code.
+# The kind of the entries of each section. Other sections are converted by separate functions.
 _WORDS = {"control": "hardware", "controllers": "controller", "drive": "drive", "moveit": "moveit"}
 _WORDS |= {"publishers": "publisher", "servos": "servo", "materials": "material", "sensors": "sensor"}
 _WORDS |= {"actuators": "actuator", "constraints": "constraint"}
 _EMPTY: frozenset[str] = frozenset()
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# The last words of quantities that are lengths or angles: below 1 m or 1 rad, their tolerance is absolute.
+# Last words of quantities in m or rad, for which the tolerance is absolute below 1 m or 1 rad.
 _ABSOLUTE = frozenset(
     {"xyz", "rpy", "axis", "lower", "upper", "offset", "rising", "falling", "reference", "position", "limit"}
 )
 _LINKS = ("frame", "link", "height map")
-_DIGITS = 9  # decimal places of metres and radians
+_DIGITS = 9  # decimals (m, rad) of poses that identify a link
 # The fraction of names that must begin with a prefix for it to be detected.
 _MOST = 0.6
 
@@ -71,10 +70,10 @@ _MOST = 0.6
 def compare_leaves(
     old: Leaves, new: Leaves, precisions: Precisions = (exact, exact), tolerance: float = NOISE
 ) -> list[Difference]:
-    """Return every leaf that differs between two sets of leaves (see ``leaves``).
+    """Return all values that differ between two dicts of values (see ``leaves``).
 
-    ``precisions`` are the precisions of the numbers on both sides. Differences up to ``tolerance`` are also ignored:
-    relative to the larger number, and to 1 m or 1 rad for lengths and angles.
+    ``precisions`` return the errors of the old and of the new numbers. Differences up to ``tolerance`` are ignored as
+    well; this is relative to the larger number, but absolute for lengths and angles below 1 m or 1 rad.
     """
     found: list[Difference] = []
     for thing in dict.fromkeys([*old, *new]):
@@ -124,7 +123,7 @@ def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, 
 
 
 def same_turn(old: Vector, new: Vector, precisions: Precisions, tolerance: float) -> bool:
-    """Return True if two triples of angles (rad) are the same rotation."""
+    """Return True if two triples of Euler angles (roll, pitch, yaw; rad) are the same rotation."""
     if old == new:
         return True
     known = TURNS * join_errors(precisions[0]("rpy", *old), precisions[1]("rpy", *new)) + tolerance
@@ -133,7 +132,7 @@ def same_turn(old: Vector, new: Vector, precisions: Precisions, tolerance: float
 
 
 def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precisions, tolerance: float) -> float:
-    """Return the largest difference (kg*m^2) that entries of equal inertias can have due to errors of their axes."""
+    """Return the largest difference (kg*m^2) between entries of two equal inertia tensors due to rounding."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))
@@ -142,17 +141,17 @@ def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precis
 
 
 class Shapes(NamedTuple):
-    """The visual or collision shapes of a link: a single leaf, because their order in a file does not matter."""
+    """The visual or collision shapes of a link, compared as a single value because their order does not matter."""
 
     shapes: tuple[Shape, ...]
 
     def solids(self, precision: Precision = exact) -> list[Solid]:
-        """Return the shapes as solids, with height maps as boxes."""
+        """Convert the shapes to solids; a height map becomes many boxes."""
         return [solid_of(piece, precision) for shape in self.shapes for piece in shape.solids()]
 
 
 def leaves(value: Any) -> Leaves:
-    """Return the leaves of a value by entry (kind and name) and quantity."""
+    """Convert a robot, or a dataclass of a format, to a dict of its values: {(kind, name): {quantity: value}}."""
     found: Leaves = {}
     names = [""] if isinstance(value, Robot) else [field.name for field in fields(value)]
     for name, content in ((name, getattr(value, name) if name else value) for name in names):
@@ -202,7 +201,7 @@ def _robot(robot: Robot, found: Leaves) -> None:
 
 @cache
 def section_words() -> Mapping[str, str]:
-    """Map each section of a robot that is compared entry by entry to the word for an entry."""
+    """Map the name of each section that is compared to the kind of its entries, such as "sensors" to "sensor"."""
     known = {field.name for field in fields(Robot)}
     return _WORDS | {name: one.compared for name, one in sections().items() if one.compared and name not in known}
 
@@ -236,7 +235,7 @@ def _link(link: Link, found: Leaves) -> None:
 
 
 def inertial_leaves(inertial: Inertial | None) -> dict[str, Any]:
-    """Return the leaves of an inertial along the axes of its link, or {} if the mass is zero or not set."""
+    """Return mass (kg), centre of mass (m) and inertia (kg*m^2, axes of the link) by name, or {} if all are zero."""
     six = tuple(getattr(inertial, name) for name in _INERTIA) if inertial is not None else ()
     if inertial is None or not any((inertial.mass, *six)):
         return {}
@@ -271,7 +270,7 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms by child; if a child has several, the names of the others include the parent or the condition."""
+    """Add transforms by child frame; further parents and conditions of a frame are appended to its name."""
     parents: dict[str, str] = {}
     for edge in edges:
         first = parents.setdefault(edge.child, edge.parent)
@@ -286,7 +285,6 @@ def _edges(edges: Iterable[Edge], found: Leaves) -> None:
 
 
 def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
-    """Add the entries of a list by name, or by number if an entry has no name."""
     for number, entry in enumerate(entries, 1):
         name = entry if isinstance(entry, str) else str(getattr(entry, "name", "") or number)
         name = f"{name} ({number})" if (kind, name) in found else name
@@ -296,13 +294,12 @@ def _entries(kind: str, entries: Iterable[Any], found: Leaves) -> None:
 
 
 def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element") -> None:
-    """Add the values of XML elements by their path."""
     for place, value in values_of(f"<all>{''.join(texts)}</all>") if texts else ():
         entry[f"{word} {place}"] = value
 
 
 def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
-    """Add the leaves of a value to ``entry``, with names that start with ``path``, except defaults."""
+    """Add the values of a nested object to ``entry``, with keys that start with ``path``, except defaults."""
     if value is None or value == () or value == "" or value == {}:
         return
     if isinstance(value, Mapping):
@@ -314,13 +311,13 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
             # Include nonzero defaults, so that a change from or to a default shows both numbers.
             has_numbers = is_dataclass(default) and not isinstance(default, Pose)
             if inner != default or has_numbers or (is_number(default) and default):
-                whole = name in ("values", "mjcf")  # mappings with free names as keys
+                whole = name in ("values", "mjcf")  # their keys need no prefix
                 _flatten(inner, path if whole else f"{path} {name.replace('_', ' ')}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
             count, place = len(entry), f"{path} {getattr(inner, 'name', '') or number}".strip()
             _flatten(inner, place, entry)
-            if len(entry) == count:  # the entry only has a name, so record that it exists
+            if len(entry) == count:  # record the existence of an entry that only has a name
                 entry[place] = True
     else:
         entry[path] = float(value) if is_number(value) else value
@@ -332,13 +329,13 @@ def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
 
 
 def links_of(found: Leaves) -> set[str]:
-    """Return the names of all links and frames, ignoring the further transforms to a child in other modes."""
+    """Return the names of all links and frames in a dict of values."""
     names = {name for kind, name in found if kind in ("frame", "link")}
     return names | {str(of["parent"]) for (kind, _), of in found.items() if kind == "frame" and "parent" in of}
 
 
 def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Return the new names of renamed links by their old names, from the root down."""
+    """Map the old name of each renamed link to its new name."""
     before, after = links_of(old), links_of(new)
     gone, fresh = before - after, after - before
     found: dict[str, str] = {}
@@ -355,7 +352,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
-    """Map each feature that identifies a link, such as the joint above, to the link; ambiguous features are omitted."""
+    """Map joints, children or places (``sign``) that identify a link to the link; omit ambiguous features."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
     roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []
@@ -377,11 +374,11 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
 
 
 def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
-    """Map old to new names of renamed joints. Two joints are the same joint if they have the same child link."""
+    """Map the old name of each renamed joint to its new name. Joints are identified by their child link."""
     joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
     before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
     found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
-    # A joint may have a different link below because its old link was removed.
+    # A joint can have a new child link because the old one was removed, without being renamed.
     kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
     fixed = [{name for name, of in some if of.get("type") == "fixed"} for some in joints]
     unlike = {name for name, other in found.items() if (name in fixed[0]) != (other in fixed[1])}
@@ -389,13 +386,13 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
-    """Rename each "link" or "joint" in leaves, but references only where ``new`` also has the new name."""
+    """Rename links or joints (``what``) in a dict of values; rename references only if ``new`` has the new name."""
     if not names:
         return found
     kinds = _LINKS if what == "link" else ("joint",)
     made: Leaves = {}
     for (kind, name), entry in found.items():
-        plain, space, rest = name.partition(" ")  # the name of a further transform to a child has more words
+        plain, space, rest = name.partition(" ")  # such as "laser when docked"
         if kind in kinds or (kind, name) not in new:
             name = f"{names[plain]}{space}{rest}" if plain in names else names.get(name, name)
         now = new.get((kind, name), {})
@@ -422,7 +419,7 @@ def _value(kind: str, quantity: str, value: Any, names: Names, kinds: Sequence[s
 
 
 def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
-    """Rename the links and joints of a robot, but not the references in its sections."""
+    """Return the robot with renamed links and joints. References in its sections are not renamed."""
 
     def renamed(joint: Joint) -> Joint:
         mimic = joint.mimic and replace(joint.mimic, joint=joints.get(joint.mimic.joint, joint.mimic.joint))
@@ -434,7 +431,7 @@ def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
 
 
 def prefix_of(a: Robot, b: Robot) -> str:
-    """Return the prefix that most link names of ``b`` have in addition to those of ``a``, or "" if there is none."""
+    """Return the prefix that most link names of ``b`` have compared with those of ``a``, or "" if there is none."""
     mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
     ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
     best = max(sorted(set(ends)), key=ends.count, default="")
@@ -444,7 +441,7 @@ def prefix_of(a: Robot, b: Robot) -> str:
 
 
 def without_prefix(names: Iterable[str], prefix: str) -> dict[str, str]:
-    """Map names that start with a prefix to the rest of the name, unless that name is already used."""
+    """Map names that start with a prefix to the names without it, except if such a name is already used."""
     every = set(names)
     cut = {name: name.removeprefix(prefix) for name in every if name.startswith(prefix) and name != prefix}
     return {name: short for name, short in cut.items() if short not in every}

@@ -1,4 +1,4 @@
-"""The formats for export and import: ``FORMATS`` maps names to ``Format`` objects; formats of plug-ins come last."""
+"""The registry of formats for export and import: ``FORMATS`` maps names to ``Format`` objects."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -47,7 +47,7 @@ _SCHEMAS = {
 
 
 class Formats(Mapping[str, Format]):
-    """A mapping from names to formats, in the order in which lists show them."""
+    """A mapping from names to formats, in the order of lists for users; formats of plug-ins come last."""
 
     def __getitem__(self, name: str) -> Format:
         return _built_in(name) or _plugged()[0][name]
@@ -71,7 +71,7 @@ class Formats(Mapping[str, Format]):
         return publisher in self[artifact.backend].feeds and not artifact.withheld
 
     def names_meshes(self, artifact: Artifact) -> bool:
-        """Return True if an artifact refers to meshes like a URDF; a template does if its file is a URDF."""
+        """Return True if an artifact is a URDF, or refers to mesh files in the same way as a URDF."""
         by_name = (one.meshes and artifact.file.endswith(one.endings) for one in self.values())
         return self[artifact.backend].meshes or any(by_name)
 
@@ -102,7 +102,6 @@ def _built_in(name: str) -> Format | None:
 
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
-    """Return the formats of plug-ins by name, and diagnostics about invalid plug-ins."""
     if not any(plugin.group == "formats" for plugin in installed_plugins()):
         return {}, ()
     from .plugin_formats import plugin_formats
@@ -111,17 +110,17 @@ def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
-    """Return the diagnostics about invalid formats of plug-ins."""
+    """Return the diagnostics about plug-ins that define invalid formats."""
     return _plugged()[1]
 
 
 def schema_names() -> dict[str, str]:
-    """Return the names of all JSON Schemas, with a description of each."""
+    """Map the name of each JSON Schema to a description of the schema."""
     return {**_SCHEMAS, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
 
 
 def schema_text(name: str) -> str:
-    """Return a JSON Schema as text; the schemas of descriptions include the sections of plug-ins."""
+    """Return a JSON Schema as text. The schemas of descriptions include sections that plug-ins define."""
     if name == "description":
         return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
     path = data_folder("schemas") / f"{name}.schema.json"

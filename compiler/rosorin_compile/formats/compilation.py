@@ -47,7 +47,7 @@ class Understood(NamedTuple):
     lowered: LoweredRobot | None
     diagnostics: list[Diagnostic]
     used: frozenset[Entry] = frozenset()  # entries of ``accept`` that suppressed a diagnostic
-    imported: ImportedRobot | None = None  # the imported file, if the robot is not a description
+    imported: ImportedRobot | None = None  # set for a robot in another format, such as a URDF
 
     @property
     def robot(self) -> Robot | None:
@@ -62,20 +62,20 @@ class Understood(NamedTuple):
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of a robot: name, arguments, source position of the name, and diagnostics."""
+    """A variant of a robot that ``sweep`` compiles, with the arguments to set."""
 
     name: str
     arguments: Map
-    span: Span | None = None
+    span: Span | None = None  # position of the name in the list
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
 @dataclass(frozen=True)
 class CompileResult:
-    """The result of a compilation: the robot and its artifacts, which are missing after errors, and all diagnostics.
+    """The result of a compilation: the robot, its artifacts (none after errors), and all diagnostics.
 
-    ``inputs`` are all files that can change the result, including the ``missing`` files, which were not found.
-    ``meshes`` is None if meshes were not requested. ``variant`` is set by ``sweep``.
+    ``inputs`` are all files that can change the result, including ``missing`` files that were searched for but do not
+    exist. ``meshes`` is None if meshes were not requested. ``variant`` is set by ``sweep``.
     """
 
     robot: Robot | None
@@ -126,7 +126,7 @@ def _counted(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 class RobotReader:
-    """Reads robots in other formats that a description includes."""
+    """Reads files in other formats that a description includes."""
 
     def endings(self) -> tuple[str, ...]:
         return FORMATS.endings(include=True)
@@ -134,11 +134,11 @@ class RobotReader:
     def read(
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
     ) -> ImportedRobot:
-        """Read the file that ``entry`` includes; ``by`` is the source position of the entry, without expressions."""
+        """Import the file that an entry of ``include`` refers to; ``by`` is the source position of the entry."""
         call = entry if "macro" in entry else None
         options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
         imported = read_robot(path, options, by)
-        # Drop notes that ``accept`` can suppress, because the rules report them for the complete robot.
+        # Drop notes of rules, because the rules are checked again for the complete robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)
 
@@ -151,12 +151,15 @@ def understand(
     requested: Sequence[str] = (),
     cache: dict[Any, Any] | None = None,
 ) -> Understood:
-    """Load and check the description at ``path``; ``tell`` receives warnings before untrusted code is run."""
+    """Load and check the description at ``path``.
+
+    ``tell`` receives warnings before untrusted code is run; ``requested`` are names of outputs or formats.
+    """
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def judge(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> Understood:
-    """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or formats."""
+    """Convert an expanded YAML tree to a robot and check both; ``requested`` are names of outputs or formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:
@@ -189,7 +192,7 @@ def judge(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> Under
 
 
 def understand_foreign(path: Path, options: ReadOptions) -> Understood:
-    """Load a robot in another format, with a URDF as its only output, without checking the rules."""
+    """Load a robot in another format, such as MJCF, without checking the rules. Its only output is a URDF."""
     imported = read_robot(path, options)
     expanded = _with_outputs(imported, [FORMATS.published_format().name])
     lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
@@ -198,7 +201,7 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
 
 
 def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
-    """Load a robot in another format, with the outputs that ``import`` would write, and check the rules."""
+    """Load a robot in another format, such as MJCF, with the outputs that ``import`` writes, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
     return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
@@ -224,7 +227,10 @@ def compile_robot(
     *,
     exact: bool = False,
 ) -> CompileResult:
-    """Compile the description at ``path``; ``exact`` prints numbers with all digits. Errors are diagnostics."""
+    """Compile the description at ``path``. Errors in files are returned as diagnostics.
+
+    ``search`` finds the mesh files; ``exact`` prints numbers with all digits. See ``understand`` for other arguments.
+    """
 
     def with_all_digits(output: Output) -> Output:
         has_option = "number_format" in FORMATS[output.backend].options
@@ -257,7 +263,7 @@ def compile_robot(
 def emit(
     understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()
 ) -> CompileResult:
-    """Generate all or the ``requested`` artifacts of a loaded robot; ``search`` finds its mesh files."""
+    """Generate the artifacts of a loaded robot, by default of all outputs; ``search`` finds the mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
     tree = expanded.tree
     if tree is None or robot is None:
@@ -266,7 +272,7 @@ def emit(
     named = {output.name: output for output in robot.outputs}
     outputs = [named[name] for name in dict.fromkeys(requested or named)]
     if search is not None:
-        # Search the meshes of all outputs, so that an artifact does not depend on which outputs are requested.
+        # Search for the meshes of all outputs, so that an artifact does not depend on which outputs are requested.
         opening = any(format.opens or format.measures for format in (FORMATS[output.backend] for output in outputs))
         meshes = search(tree, robot.outputs if opening else outputs)
         robot, acceptable = meshes.add_to(robot), {**acceptable, "mesh-not-found": find_declared("mesh-not-found")}
@@ -282,7 +288,7 @@ def emit(
         found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
         artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = apply(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
-    if not requested:  # otherwise an entry of accept may refer to an output that was not generated
+    if not requested:  # otherwise, an entry of ``accept`` may be for an output that was not generated
         stages = ("",) if search is None else ("", "meshes")
         found += unused_entries(tree, understood.used | more, rules.acceptable(), stages)
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
@@ -293,7 +299,7 @@ def emit(
 
 
 def emit_published(understood: Understood, path: Path) -> CompileResult:
-    """Return the URDF of a robot that was loaded with ``understand_foreign``; a URDF file is returned unchanged."""
+    """Generate the URDF of a robot in another format; the text of a URDF file is returned unchanged."""
     compiled = emit(understood, path)
     if path.suffix.lower() in FORMATS.published_format().endings:
         text = read_text(path, errors="replace")

@@ -1,7 +1,7 @@
-"""``Format``, the definition of a format in a module of this program or in a plug-in (``docs/extend.md``).
+"""``Format``: the definition of a file format, in this program or in a plug-in (``docs/extend.md``).
 
-An artifact contains the values of all keys of a description in ``covers``, except keys in ``unsupported`` and keys for
-another format (``mjcf``, ``gazebo``). A key includes all keys below; "*" matches any name.
+An artifact contains the values of all YAML keys in ``covers``, except keys in ``unsupported`` and keys for another
+format (``mjcf``, ``gazebo``). A key such as "joints.limit" includes all keys below; "*" matches any name.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class Artifact:
 
     file: str
     text: str = field(repr=False)
-    backend: str
-    output: str
-    withheld: bool = False  # publishers must not read it, although they read its format
+    backend: str  # name of the format
+    output: str  # name of the output
+    withheld: bool = False  # nodes such as robot_state_publisher must not read it
 
 
 class Refusal(NamedTuple):
-    """The result of loading an artifact in an engine: the reason why the engine refuses it, or ""."""
+    """The result of loading an artifact in an engine, such as MuJoCo; ``reason`` is the error or ""."""
 
     reason: str = ""
     outdated: bool = False  # the engine is too old for the artifact
@@ -64,7 +64,7 @@ HEIGHT_MAPS: Mapping[str, Any] = {"enum": FORMS_OF_BOXES, "description": _HEIGHT
 _VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
 VISUALS: Mapping[str, Any] = {"enum": ["from_collision"], "description": _VISUALS}
 
-# Supported ROS 2 distributions. Later ones are treated like Jazzy.
+# Supported ROS 2 distributions. Distributions after Jazzy are treated like Jazzy.
 HUMBLE, JAZZY = "humble", "jazzy"
 DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
 
@@ -84,15 +84,15 @@ class SourceValue(NamedTuple):
 
 @dataclass(frozen=True)
 class ImportFile:
-    """A file to import. ``document`` is its XML, or None; ``asked`` is the source position that refers to the file.
+    """A file to import, as passed to ``Format.load``.
 
     Lines and columns start at 1. ``text`` and ``source`` raise MarkupError, which a reader does not need to catch.
     """
 
     path: Path
     options: ReadOptions
-    document: Document | None = None
-    asked: Span | None = None
+    document: Document | None = None  # None if the file is not XML
+    asked: Span | None = None  # position of the reference to the file, such as an entry of ``include``
 
     @property
     def text(self) -> str:
@@ -104,21 +104,21 @@ class ImportFile:
 
     @property
     def xml(self) -> Document:
-        """The elements of an XML file. Raises ValueError for any other file."""
+        """The parsed XML document. Raises ValueError if the file is not XML."""
         if self.document is None:
             raise ValueError(f"{self.path} is not XML")
         return self.document
 
     def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> SourceValue:
-        """Attach a source position to a value, for diagnostics."""
+        """Attach a source position to a value, so that diagnostics can refer to it."""
         return SourceValue(value, self._span(where, column, length))
 
     def problem(self, message: str, where: Where = 1, column: int = 1, length: int = 1, help: str = "") -> MarkupError:
-        """Return the exception for a reader to raise if the file is invalid."""
+        """Return an exception that a reader raises if the file is invalid."""
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 
     def left_out(self, what: str, where: Where, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
-        """Return a warning about content that a description cannot express."""
+        """Return a warning that ``what`` is not imported, because a description cannot express it."""
         return cannot_carry(what, self._span(where, column, length), help)
 
     def _span(self, where: Where, column: int, length: int) -> Span:
@@ -126,30 +126,30 @@ class ImportFile:
 
 
 def described_by(distribution: str) -> str:
-    """Return the ROS 2 distribution, Humble or Jazzy, whose rules apply to a distribution."""
+    """Return the distribution whose rules apply to a ROS 2 distribution: Humble, or Jazzy for all others."""
     return HUMBLE if distribution == HUMBLE else JAZZY
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return a warning about content that a description cannot express; ``many`` if ``what`` is a plural."""
+    """Return a warning that a description cannot express ``what``; ``many`` is True if ``what`` is a plural."""
     message = f"{what} {'are' if many else 'is'} not carried over"
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
 def describe(source: Provenance) -> str:
-    """Format the provenance of a value as one line, or return "" if the description does not define it."""
+    """Format a ``source`` entry (status, measurement and note) as one line, or return "" if it is empty."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
     text = ": ".join(part for part in (head, source.note) if part)
     return mask_controls(" ".join(text.split()))
 
 
 def xml_syntax(text: str) -> object:
-    """Return a canonical form of XML for comparisons, as ``Format.syntax``. Raises ValueError."""
+    """Parse XML to a canonical form for ``Format.syntax``. Raises ValueError if it is not well-formed."""
     return canonical(tree_of(text))
 
 
 class OutputEntry(NamedTuple):
-    """The entry of ``outputs`` for the description of an imported robot, and a remark on unusual options, or ""."""
+    """An entry of ``outputs`` for an imported robot, and a remark for the user if an option is unusual."""
 
     entry: Mapping[str, Any]
     remark: str = ""
@@ -157,76 +157,76 @@ class OutputEntry(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # generated methods would slow down every start
 class Format:
-    """A format that is written, read, or both. Most fields are optional.
+    """A file format that is written, read, or both. Most fields are optional.
 
     ``write`` raises TemplateProblem; ``read`` raises ValueError for a damaged text. To find differences, the result of
-    ``view`` is compared with the results of ``read``. Without these functions, artifacts are compared as text.
+    ``view`` is compared with the result of ``read``. Without these functions, artifacts are compared only as text.
     """
 
     name: str  # key under ``outputs``
     word: str  # name in sentences, such as "URDF"; ``article`` is "a" or "an"
     article: str = ""
-    files: str = ""  # description of its files in lists; "" for the word and the root element
-    about: str = "another artifact"  # purpose, for lists
-    rank: int = 1000  # position in lists
+    files: str = ""  # its files in lists of formats; by default, ``word`` and the root elements
+    about: str = "another artifact"  # purpose, for lists of formats
+    rank: int = 1000  # position in lists of formats, in ascending order
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # JSON Schema of each option
-    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # errors that the schema cannot express
-    rules: tuple[Rule, ...] = ()  # rules of its diagnostics; for plug-ins only
+    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # yields errors in ``options``
+    rules: tuple[Rule, ...] = ()  # rules that its diagnostics belong to, for plug-ins
     file: str = ""  # default file name; {} is replaced by the name of the robot
     endings: tuple[str, ...] = ()  # file name extensions
-    roots: tuple[str, ...] = ()  # root elements of an XML format
-    recognises: Callable[[Document, Path], bool] | None = None  # for XML files; overrides ``roots``
+    roots: tuple[str, ...] = ()  # tags of the root element, for XML
+    recognises: Callable[[Document, Path], bool] | None = None  # True for XML in this format; overrides ``roots``
 
     write: Writer | None = None
-    view: Callable[[Robot, Output], Any] | None = None  # expected contents: a reduced Robot or a dataclass
-    read: Callable[[str], Any] | None = None  # parses an artifact to the type of ``view``
-    rounding: tuple[float, float] = (0.0, 0.0)  # rounding of numbers in ``view`` (m, rad)
-    partial: bool = False  # ``view`` has fewer values than ``read``: compare only those
-    covers: tuple[str, ...] = ()  # keys of a description; () for all
-    # Reasons by covered key why an output does not contain the key (None if it does); can depend on its options.
+    view: Callable[[Robot, Output], Any] | None = None  # values that an artifact must contain
+    read: Callable[[str], Any] | None = None  # parses an artifact; same type as ``view``
+    rounding: tuple[float, float] = (0.0, 0.0)  # largest rounding errors of numbers in ``view`` (m, rad)
+    partial: bool = False  # compare only values in ``view``, although ``read`` returns more
+    covers: tuple[str, ...] = ()  # YAML keys that artifacts contain; () for all
+    # {covered key: reason why an output does not contain it, or None if it does}, or a function that returns this.
     unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
-    # Foreign files, for ``import``, ``include`` and ``diff``.
+    # Functions and flags for reading files in this format with ``import``, ``include`` and ``diff``.
     load: Callable[[ImportFile], ImportedRobot | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     include: bool = True  # whether a description can include such a file
     takes_arguments: bool = False
-    becomes: str = ""  # format after preprocessing (xacro: urdf)
-    # Returns the sections that a companion file adds to the description of a robot, and diagnostics.
+    becomes: str = ""  # name of the format after preprocessing, such as "urdf" for xacro
+    # Reads a companion file, such as an SRDF. Returns the sections to add to a description, and diagnostics.
     join: Callable[[ImportFile, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
-    is_other: Callable[[Document], bool] | None = None  # True for a companion file
-    # Returns the output for an imported robot, from its tree, its version and a base name for files.
+    is_other: Callable[[Document], bool] | None = None  # True for such a companion file
+    # Returns the entry of ``outputs`` for an imported robot; takes its YAML tree, format version and file name.
     asked: Callable[[Map, str, str], OutputEntry | None] | None = None
-    optional: bool = False  # if the robot cannot be written in this format, omit that output with a remark
-    engine_reads: bool = False  # the engine itself parses the source, so ignored XML is not an error
-    # Compares an artifact with its imported source in the engine; takes the text and the mesh files.
+    optional: bool = False  # omit the output with a remark if a robot cannot be written in this format
+    engine_reads: bool = False  # the engine parses imported files itself and tolerates some malformed XML
+    # Loads an artifact and its imported source in the engine, and compares them; takes the text and the mesh files.
     prove: Callable[[ImportedRobot, str, Mapping[str, str]], Proof] | None = None
     # Functions and flags for comparing two robots or the texts of two artifacts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # links that an output contains
-    leaves_out: Callable[[Robot, str], bool] | None = None  # True if the format never contains a link
+    leaves_out: Callable[[Robot, str], bool] | None = None  # True if no artifact contains the link
     why: str = ""  # reason for ``leaves_out``
-    adds: Callable[[Robot, str, Robot], bool] | None = None  # True if a link in a file was added by the writer
-    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # XML elements that an output generates from keys
+    adds: Callable[[Robot, str, Robot], bool] | None = None  # True if the writer of a file added the link
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None  # URDF elements that an output generates
     names_robot: bool = True  # whether its files contain the name of the robot
-    names: Callable[[Output], Mapping[str, str]] | None = None  # names of links by names in an artifact
-    syntax: Callable[[str], object] | None = None  # parses without layout and comments; raises ValueError, SyntaxError
+    names: Callable[[Output], Mapping[str, str]] | None = None  # {name in an artifact: link}
+    syntax: Callable[[str], object] | None = None  # syntax tree of a text; raises ValueError, SyntaxError
     schema: str = ""  # name of its JSON Schema in ``schemas/``
-    data: Callable[[str], Any] | None = None  # parses a text that is not JSON for ``schema``; raises ValueError
+    data: Callable[[str], Any] | None = None  # converts a text that is not JSON for ``schema``; raises ValueError
     differ: Callable[[str, str], str] | None = None  # describes the difference of two texts with equal values
-    shown: bool = True  # human-readable: ``check`` prints a diff
-    refusal: Callable[[str, Path], Refusal] | None = None  # lets an engine load an artifact; returns why it refuses
+    shown: bool = True  # readable for people, so that ``check`` prints a diff
+    refusal: Callable[[str, Path], Refusal] | None = None  # loads an artifact (text, folder) in an engine
     # Files on which an artifact depends.
     located: bool = False  # artifacts contain paths of other artifacts, so ``package`` does not copy them
-    meshes: bool = False  # artifacts refer to meshes like a URDF
+    meshes: bool = False  # artifacts refer to meshes in the same way as a URDF
     opens: Callable[[str], str] | None = None  # path of a mesh relative to the artifact, or "" if unsupported
-    copies: Callable[[SearchResult, Path], SearchResult] | None = None  # adds the contents of mesh files
+    copies: Callable[[SearchResult, Path], SearchResult] | None = None  # adds the mesh files to copy
     embeds: bool = False  # artifacts contain the mesh data
     measures: bool = False  # artifacts depend on the sizes of meshes
     beside: Callable[[str], Sequence[str]] | None = None  # names of files that must be in the same folder
     # ROS.
-    feeds: tuple[str, ...] = ()  # kinds of publishers that read artifacts
-    withheld: Callable[[Output], bool] | None = None  # True if publishers must not read an output
+    feeds: tuple[str, ...] = ()  # ROS nodes that read artifacts, such as robot_state_publisher
+    withheld: Callable[[Output], bool] | None = None  # True if these nodes must not read an output
     folder: str = ""  # folder in a ROS package; default: by file extension
-    deploys: bool = False  # ``deploy`` also copies it if there is no copy yet
-    robot_of: Callable[[Path], str] | None = None  # name of the robot in a file without a header comment
+    deploys: bool = False  # ``deploy`` copies an artifact even if the target package has no earlier copy
+    robot_of: Callable[[Path], str] | None = None  # name of the robot, if files have no header comment
 
     @property
     def is_xml(self) -> bool:
@@ -239,11 +239,11 @@ class Format:
 
     @property
     def listed(self) -> str:
-        """The name of its files in a list of formats."""
+        """The name of its files in a list of formats, such as URDF (<robot>)."""
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 
     def compile(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-        """Return the text of an output, and diagnostics. Raises ValueError for a format without ``write``."""
+        """Return the generated text of an output, and diagnostics. Raises ValueError for a format without ``write``."""
         if self.write is None:
             raise ValueError(f"{self.word} is not written")
         return self.write(robot, output, templates)
@@ -257,11 +257,11 @@ class Format:
 
 # Keys for specific formats; other formats do not report these keys as unsupported.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
-# Keys that control how the description is read and checked; keys that document the values of an entry.
+# Keys that control how a description is read and checked. ``REMARKS`` are keys that document values.
 _TECHNICAL = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name")
 REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
 
-# Keys for the pose of a frame, and keys for the node that publishes it.
+# Keys for the poses of frames. ``NODES`` and ``UNPUBLISHED`` are keys for the nodes that publish frames.
 PLACES = (
     *("joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
     *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
@@ -282,7 +282,7 @@ SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") f
 
 
 class Unsupported(NamedTuple):
-    """The reason why artifacts of a format do not contain a key."""
+    """The reason why artifacts of a format do not contain a YAML key."""
 
     reason: str
     quiet: bool = False  # do not report it to the user
@@ -307,7 +307,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.collision.*.contact.friction.1": Unsupported("only sliding friction"),
     **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
 }
-# Keys for publishers of frames. The frames of sensors are read back, but not the names of their joints.
+# Keys for nodes that publish frames. Sensors are written as links, and read back as links.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {
     **_quiet("for launch files", "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
     "sensors": Unsupported("sensors are read as links", one_way=True),
@@ -315,12 +315,15 @@ OF_PUBLISHERS: Mapping[str, Unsupported] = {
 
 
 def is_within(key: str, prefixes: Iterable[str]) -> bool:
-    """Return True if a key is equal to or below one of ``prefixes``, in which "*" matches any name."""
+    """Return True if a key is equal to or below a key in ``prefixes``, in which "*" matches any name."""
     return any(f"{key}.".startswith(f"{prefix.replace('.*', '')}.") for prefix in prefixes)
 
 
 def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
-    """Return why an output (``one_way``: the robot that is read from it) lacks a key, or None if it must have it."""
+    """Return the reason why an output does not contain a key, or None if it must contain the key.
+
+    With ``one_way``, a reason is also returned for keys that are written but cannot be read back.
+    """
     steps = key.split(".")
     if is_within(key, _TECHNICAL) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)
@@ -335,12 +338,11 @@ def reason(format: Format, output: Output, key: str, one_way: bool = False) -> U
 
 
 def lacks(format: Format, key: str) -> bool:
-    """Return True if a robot that is read from an artifact of a format (default options) never has a key."""
+    """Return True if robots that are read from files in a format (with default options) never have a key."""
     return reason(format, Output(format.name, format.name, ""), key, one_way=True) is not None
 
 
 def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
-    """Return the reason for each unsupported key of an output, and None for each key that only some formats support."""
     found = dict(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
     for name, formats in limited_fields(Link).items():
         if format.name in formats:
@@ -351,7 +353,7 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
-    """Yield a note for each format whose outputs do not contain some keys that the description sets."""
+    """Yield a note for each format that does not support some of the keys in the description."""
     outputs = list(outputs)
     for name in dict.fromkeys(output.backend for output in outputs):
         some = [output for output in outputs if output.backend == name]
@@ -365,7 +367,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:
-    """Yield the values at a key pattern; "*" matches each entry of a mapping or list, and 1 the second item."""
+    """Yield the values at a key such as "links.*.sites"; "*" matches any entry, and "1" the second item of a list."""
     step, _, rest = pattern.partition(".")
     if isinstance(value, list):
         inner = value if step == "*" else value[int(step) : int(step) + 1] if step.isdecimal() else []

@@ -21,7 +21,7 @@ from .format import NUMBER_FORMAT, PLACES, Format, OutputEntry, describe
 from .static_tf import FrameTable
 from .templating import Templates
 
-# Column headers and minimum widths, so that a new frame does not change the other lines of the table.
+# Column headers and minimum widths. Wide columns keep the other lines unchanged if a frame is added.
 _FRAME_COLUMNS = {"parent": 18, "child": 18, "published by": 22, "motion": 6, "topic": 10, "x y z (m)": 35}
 _FRAME_COLUMNS |= {"roll pitch yaw (rad)": 35, "roll pitch yaw (deg)": 29, "when": 8}
 _POSE_COLUMNS = {"pose": 12, "joint": 18, "position": 26, "in degrees": 10, "pulse": 6}
@@ -31,7 +31,7 @@ _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the table of all frames of a robot. Option: ``number_format`` (short, exact or six)."""
+    """Return the table of all frames of a robot in Markdown. Option: ``number_format`` (short, exact or six)."""
     number, frames = number_format(output.options), _frames(robot)
     stamps = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
     stamps += [(node.name, node.stamps) for node in robot.publishers]
@@ -97,9 +97,8 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     return [(reason, ", ".join(dict.fromkeys(name for why, name in found if why == reason))) for reason in reasons]
 
 
-@lru_cache(maxsize=1_000)  # frame names repeat as parents
+@lru_cache(maxsize=1_000)  # cached, because frame names repeat as parents
 def _escape(text: str) -> str:
-    """Escape a text for a cell of a Markdown table; spaces in names are kept."""
     return _MARKS.sub(r"\\\g<0>", " ".join(map(str.strip, text.splitlines())))
 
 
@@ -113,7 +112,7 @@ def _table(columns: Mapping[str, int], rows: list[list[str]]) -> str:
 
 
 def view(robot: Robot, output: Output) -> FrameTable:  # noqa: ARG001
-    """Return the expected contents of the tables of a robot."""
+    """Return the transforms and poses that the tables of a robot must contain."""
     edges = (_edge(frame.parent, frame.child, *_publishing(frame), frame.pose) for frame in _frames(robot))
     return FrameTable(tuple(edges), tuple(JointPose(one.name, one.positions) for one in robot.poses if one.positions))
 
@@ -127,7 +126,7 @@ def _edge(parent: str, child: str, who: str, topic: str, when: str, pose: Pose |
 
 
 def read(text: str) -> FrameTable:
-    """Parse the tables. Raises ValueError if a robot with several frames has no table."""
+    """Parse the tables in an artifact. Raises ValueError if they are missing or damaged."""
     rows = list(_parse(text, _FRAME_COLUMNS))
     if not rows and not re.search(r"(?m)^The robot has one frame, .*\.$", text):
         raise ValueError("there is no table of frames")
@@ -148,7 +147,7 @@ def read(text: str) -> FrameTable:
 
 
 def _parse(text: str, headers: Iterable[str]) -> Iterator[dict[str, str]]:
-    """Yield the rows of the table with these headers. Raises ValueError if a row has another number of cells."""
+    """Yield each row of the table with these headers as a dict. Raises ValueError if cells are missing."""
     inside = False
     for line in text.splitlines():
         parts = re.split(r"(?<!\\)\|", line) if "\\" in line else line.split("|")
@@ -184,7 +183,7 @@ FORMAT = Format(
 
 
 def _proof(robot: Robot) -> str:
-    """Return the sentence that each frame has one publisher, or "" if that is not true or nothing is published."""
+    """Return a sentence that states that each frame has one publisher, or "" if that is not true."""
     found = frames_by_publishing(robot)
     if not found["published"] + found["gaps"] or found["wrong"]:
         return ""
@@ -202,10 +201,10 @@ def _proof(robot: Robot) -> str:
 
 
 def frames_by_publishing(robot: Robot) -> dict[str, list[str]]:
-    """Group the frames by the number of nodes that publish them, over all combinations of modes.
+    """Group the names of frames by the number of nodes that publish them in each combination of modes.
 
-    Groups: ``published`` (by exactly one node), ``gaps`` (by none in some modes), ``never``, ``wrong`` (by several),
-    ``unchecked`` (depends on too many modes).
+    The groups are ``published`` (always by exactly one node), ``gaps`` (by no node in some modes), ``never``, ``wrong``
+    (by several nodes) and ``unchecked`` (too many modes).
     """
     whens: dict[str, list[str]] = {}
     frames = [(one.child, "", one.publisher) for one in robot.joints if one.child not in robot.simulated_frames]

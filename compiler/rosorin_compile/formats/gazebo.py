@@ -1,9 +1,9 @@
-"""Print sensors and actuators for Gazebo, the ``<gazebo>`` blocks of a URDF, and compare such elements.
+"""Generate the ``<gazebo>`` blocks of a URDF for sensors, actuators and springs, and compare URDF elements.
 
 Gazebo converts a URDF to SDF with libsdformat, which drops links without mass, merges links that are connected by fixed
 joints (sensors move along, and references to a merged link stay valid), names collisions after the merged link, and
-combines all ``<gazebo>`` blocks of a link or joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``; tested with 12).
-A comparison ignores white space, comments, order and SDF defaults, except in a plug-in.
+combines all ``<gazebo>`` blocks of a link or joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``; tested with 12). A
+comparison ignores white space, comments, order and SDF defaults, except in a plug-in.
 """
 
 from collections import Counter
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
-# SDF defaults by the last two tags of a path
+# Default values in SDF, by the tag of the parent and the tag of the element
 # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
 SDF_DEFAULTS = {
     "sensor": {"always_on": "false", "visualize": "false", "update_rate": "0", "pose": "0 0 0 0 0 0"},
@@ -50,14 +50,14 @@ SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 
 
 def distribution(asked: object) -> str:
-    """Return the Gazebo release for an option: ``true`` means Harmonic, "" means none."""
+    """Return the Gazebo release for the option ``gazebo``; True means "harmonic", and "" means no Gazebo."""
     return "harmonic" if asked is True else str(asked or "")
 
 
 def sensor_lines(
     one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Yield the XML lines of a sensor; ``frame_id`` is the tag for its frame, ``pose`` its <pose> element or ""."""
+    """Yield the lines of a <sensor>; ``frame_id`` is the tag for its frame name, ``pose`` a <pose> element or ""."""
     names = {element.name for element in one.elements} | one.without
     is_stamped = one.stamp and frame_id and not names & {*DISTRIBUTIONS.values(), frame_id}
     shapes = tuple(SdfElement("collision", name) for name in collisions)
@@ -96,7 +96,7 @@ _OTHER_TARGETS = ("body", "crank_site", "joint_in_parent", "reference_site", "si
 
 
 def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsupported]:
-    """Return the keys of actuators that a URDF does not support; ``quiet``: no notes if it has no plug-ins at all."""
+    """Map unsupported actuator keys to reasons; with ``quiet``, a URDF that is not for Gazebo gives no notes."""
     places = ("actuators.*", "joints.*.actuator")
     if distribution(output.options.get("gazebo")) in ("", CLASSIC):
         return dict.fromkeys(places, Unsupported("no drives; newer versions of Gazebo have plug-ins for them", quiet))
@@ -117,7 +117,7 @@ def drive_blocks(
         return [], []
     for root in (tree_of(f"<all>{text}</all>") for text in others if "<ros2_control" in text or "<plugin" in text):
         taken |= {joint.get("name", "") for block in root.iter("ros2_control") for joint in block.iter("joint")}
-        # JointStatePublisher refers to joints without driving them.
+        # Plug-ins such as JointStatePublisher list joints that they do not drive.
         plugins = [plugin for plugin in root.iter("plugin") if "state" not in plugin.get("name", "").lower()]
         inner = (element for plugin in plugins for element in plugin.iter())
         taken |= {(element.text or "").strip() for element in inner if "joint" in element.tag.lower()}
@@ -133,7 +133,7 @@ def drive_blocks(
         if not name or not joint.moves or kind not in _PLUGINS or is_braked:
             without.append(actuator.name or joint.name)
             continue
-        # Actuator damping, which MuJoCo applies at the joint, acts like kv. MuJoCo's default for kv and kp is 1.
+        # MuJoCo applies the damping of an actuator at the joint, so it acts like kv. kp and kv default to 1.
         gains = {"p_gain": actuator.kv or 1.0} if kind == VELOCITY else {}
         if kind == POSITION:
             gains = {"p_gain": 1.0 if actuator.kp is None else actuator.kp, "d_gain": actuator.kv + actuator.damping}
@@ -160,7 +160,7 @@ def gazebo_blocks(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     robot, number = content.robot, number_format(content.output.options)
     name, mounting = distribution(content.output.options["gazebo"]), _Mounting(content)
     blocks: list[str] = []
-    unseen: dict[tuple[str, str], list[str]] = {}  # names of dropped sensors by reason and help
+    unseen: dict[tuple[str, str], list[str]] = {}  # {(reason, help): names of sensors}
     for sensor, one in [(each, one) for each in robot.sensors for one in each.gazebo]:
         link, pose, collisions, reason = mounting.place(sensor, one)
         if reason[0]:
@@ -231,8 +231,8 @@ class _Mounting:
         elements = robot.urdf_elements if "urdf_elements" in content.elements else ()
         blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
         kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
-        self.kept = {one.get("reference", "") for one in kept}  # joints that are not merged
-        # A fixed joint with a sensor is not merged if both links have mass; this changes which links are merged below.
+        self.kept = {one.get("reference", "") for one in kept}  # fixed joints whose links are not merged
+        # The links of a fixed joint with a sensor are not merged if both have mass, which also affects the links below.
         joints = {joint.name for joint in content.joints}
         at_joints = {one.link for sensor in robot.sensors for one in sensor.gazebo if one.at_joint} & joints
         self.measured: set[str] = set()
@@ -261,7 +261,7 @@ class _Mounting:
             yield from self._pieces(child)
 
     def _dropped_with(self, link: str) -> str:
-        """Return the massless link above with which Gazebo drops a link, or "" if Gazebo keeps the link."""
+        """Return the massless link above that makes Gazebo drop ``link``, or "" if Gazebo keeps it."""
         masses, link = self.content.masses, self._top(link)
         while any(piece in masses and masses[piece].mass > 0 for piece in self._pieces(link)):
             if link not in self.above:
@@ -270,18 +270,18 @@ class _Mounting:
         return link
 
     def _collisions(self, link: str) -> list[str]:
-        """Return the names that Gazebo gives to the collisions of a link; it numbers them within the merged link."""
+        """Return the names of the collisions of a link in Gazebo, which numbers those of merged links together."""
         top = self._top(link)
         shapes = [(piece, shape) for piece in self._pieces(top) for shape in self.content.collisions(piece)]
         found = []
         for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
-            # A name that starts with the name of the merged link gets no prefix from Gazebo.
+            # Gazebo adds no prefix to a name that starts with the name of the merged link.
             name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
             found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
         return found
 
     def place(self, sensor: Sensor, one: GazeboSensor) -> tuple[str, Pose, list[str], tuple[str, str]]:
-        """Return (link, pose, collisions of a contact sensor, (reason, help) if Gazebo drops the sensor)."""
+        """Return the link, pose and collisions of a sensor, and (reason, help) if Gazebo drops the sensor."""
         carried, link, pose, names = self.content.carried, one.link, IDENTITY, list[str]()
         if one.at_joint:
             lost = "" if one.link in self.measured else sensor.frame
@@ -322,7 +322,7 @@ def with_noise(text: str) -> str:
     # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
     try:
         root = tree_of(text if "<imu" in text and "<noise" in text else "<none/>")
-    except ValueError:  # more than one element
+    except ValueError:  # several elements, or not XML
         return text
     pairs = [(imu, noise) for imu in root.iter("imu") for noise in imu.findall("noise")]
     pairs = [(imu, noise) for imu, noise in pairs if any(child.tag in _MEASURED for child in noise)]
@@ -340,13 +340,13 @@ def with_noise(text: str) -> str:
     return ElementTree.tostring(root, "unicode") if pairs else text
 
 
-_SIGNIFICANT = 9  # significant digits of numbers that are compared; ``number_format: short`` has an error of 1e-12
-_DIGITS = 10  # decimals of metres and of elements of a rotation matrix
+_SIGNIFICANT = 9  # significant digits to compare, fewer than ``number_format: short`` prints
+_DIGITS = 10  # decimals of a pose to compare (m, entries of a rotation matrix)
 Key = tuple[str, ...]
 
 
 def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter[Key]:
-    """Count the elements in XML snippets, in a canonical form; ``followers`` are mimic joints."""
+    """Convert the elements in XML snippets to canonical keys, and count equal keys; ``followers`` are mimic joints."""
     found: Counter[Key] = Counter()
     for text in texts:
         try:
@@ -371,7 +371,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
     lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar
-    # Gazebo has two names for a lidar, <ray> and <lidar>; Gazebo classic supports only <ray>.
+    # <ray> and <lidar> are the same element in Gazebo; Gazebo classic supports only <ray>.
     tag = "lidar" if element.tag == "ray" and lidar and above == "sensor" else element.tag
     values = dict(element.attrib)
     if tag == "joint" and values.get("name") in followers:
@@ -393,7 +393,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
 
 
 def _pose(text: str) -> str:
-    """Return the canonical form of a pose, because several triples of angles are the same rotation."""
+    """Convert the angles of a pose to a rotation matrix, because several angles describe the same rotation."""
     try:
         x, y, z, roll, pitch, yaw = map(float, text.split())
     except ValueError:
@@ -414,7 +414,7 @@ def _numbers(text: str) -> str:
 
 
 def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
-    """Return the mimic joints that a <ros2_control> need not declare because, after Humble, the URDF declares them."""
+    """Return the joints that <ros2_control> need not declare as mimic joints, because the URDF does (after Humble)."""
     return frozenset(joint.name for joint in robot.joints if joint.mimic is not None and not humble)
 
 
@@ -430,7 +430,7 @@ def spelt(key: Key) -> str:
 
 
 def words(key: Key) -> str:
-    """Format a key of ``meanings`` for a message."""
+    """Format a key of ``meanings`` for a message, such as <sensor> of <gazebo>."""
     if key[0] == "gazebo" and len(key) > 3:
         return f'<{key[3]}> of <gazebo reference="{key[1]}">' if key[1] else f"<{key[3]}> of <gazebo>"
     return f'<{key[0]} name="{key[1]}">' if len(key) > 2 else key[1][:80]

@@ -25,25 +25,25 @@ from .format import ImportFile, SourceValue
 
 _MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
-_LARGEST = 10**18  # larger integers are parsed as floats (see ``load``)
+_LARGEST = 10**18  # larger integers become floats
 
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment in the source, with its position in the description."""
+    """A comment in an imported XML file, and its place in the description."""
 
     text: str
     span: Span
-    path: TreePath  # path of the entry that it belongs to; ("robot",) before the root element
+    path: TreePath  # YAML path of the commented entry; ("robot",) before the root element
     where: str = BEFORE  # BEFORE the entry, BESIDE its last line, INSIDE it, or at the END of the file
 
 
 class Outputs(NamedTuple):
-    """The entries of ``outputs`` for an imported robot by format, and remarks on unusual entries."""
+    """The entries of ``outputs`` for an imported robot."""
 
-    entries: dict[str, Mapping[str, Any]]
-    remarks: dict[str, str]
-    left_out: dict[str, str]  # formats without an output, with the reason
+    entries: dict[str, Mapping[str, Any]]  # {format: entry}
+    remarks: dict[str, str]  # {format: remark about an unusual entry}
+    left_out: dict[str, str]  # {format: reason why it has no output}
 
     @property
     def lines(self) -> list[str]:
@@ -51,20 +51,20 @@ class Outputs(NamedTuple):
 
 
 class ImportedRobot(NamedTuple):
-    """The result of an import: the YAML tree of the robot (None after errors), all diagnostics, and source data."""
+    """The result of an import; ``tree`` is the YAML tree of the robot, or None after errors."""
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     comments: Sequence[Comment] = ()
     files: tuple[Path, ...] = ()  # all files that were read, starting with the source
-    version: str = ""  # version of the format in the source
-    format: str = ""  # name of the format; for xacro, of its expansion
-    takes_arguments: bool = False  # arguments were passed to the file
+    version: str = ""  # version of the format that the file declares
+    format: str = ""  # name of the format; "urdf" for xacro
+    takes_arguments: bool = False  # the file can have arguments, as in xacro
     unexpanded: bool = False  # a .urdf file has xacro elements, which were not expanded
-    names: Mapping[str, Mapping[int, str]] = {}  # names of source objects by kind and index, for ``Proof``
+    names: Mapping[str, Mapping[int, str]] = {}  # names of objects in the file by kind and index
     checked: bool = True  # the tree was validated
     mount: str = ""  # link of the including robot to which the joints of a xacro macro attach
-    packages: Mapping[str, Path] = {}  # folders of the ROS packages to which kept XML elements refer
+    packages: Mapping[str, Path] = {}  # folders of ROS packages in raw XML elements
     passed: frozenset[str] = frozenset()  # keys of an include that were passed to a xacro macro
 
     @property
@@ -94,7 +94,7 @@ class ReadOptions:
     """Options for importing a file."""
 
     arguments: Mapping[str, str] = field(default_factory=dict)  # arguments for a xacro file
-    packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages by name, which take precedence
+    packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages to search first, by name
     lenient: bool = False  # accept a file that violates its specification if a robot can be read
     environment: Mapping[str, str] | None = None  # environment variables; default: those of this process
     tell: Callable[[Diagnostic], None] | None = None  # receives warnings before code is run
@@ -104,7 +104,7 @@ class ReadOptions:
 
 
 def convert_result(made: object, opened: ImportFile) -> ImportedRobot:
-    """Convert the result of a reader (robot, or description with or without diagnostics). Raises TypeError."""
+    """Convert the result of ``Format.load`` to an ImportedRobot. Raises TypeError if its type is invalid."""
     if isinstance(made, ImportedRobot):
         if not (made.tree is None or isinstance(made.tree, Map)):
             raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
@@ -120,7 +120,7 @@ def convert_result(made: object, opened: ImportFile) -> ImportedRobot:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Convert plain values to a YAML tree, at position ``span`` unless they are ``SourceValue``. Raises TypeError."""
+    """Convert Python values to a YAML tree; ``span`` is the position of all values except ``SourceValue``."""
     path = path or []
     if value is None or isinstance(value, (bool, float)):
         return value
@@ -151,12 +151,12 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
 
 
 class Proof(NamedTuple):
-    """The differences, by field, between a source and its conversion when both are loaded in the engine."""
+    """The differences between an imported file and its conversion, after loading both in an engine such as MuJoCo."""
 
-    wrong: Mapping[str, Sequence[str]] = {}  # differences that the import has not reported
-    known: Mapping[str, Sequence[str]] = {}  # differences that the import has reported
+    wrong: Mapping[str, Sequence[str]] = {}  # {field of the engine: unexpected differences}
+    known: Mapping[str, Sequence[str]] = {}  # {field: differences that the import reported}
     said: str = ""  # summary of the comparison
-    unknown: str = ""  # error, if the engine could not compare
+    unknown: str = ""  # error message if the comparison failed
 
     @property
     def texts(self) -> list[str]:
@@ -164,7 +164,7 @@ class Proof(NamedTuple):
 
 
 def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
-    """Return the comments of an XML document; ``paths`` maps the ``id`` of each element to the path of its entry."""
+    """Return the comments of an XML document; ``paths`` maps the ``id`` of an element to the YAML path of its entry."""
     text = document.source.text
     found: list[tuple[Remark, TreePath, str]] = [(one, ("robot",), BEFORE) for one in document.before]
     waiting = [document.root]
@@ -183,7 +183,7 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             if above is None and below is not None and element.tag in ("visual", "collision"):
                 where = BEFORE  # the comment is about the shape, not about its origin
             elif same_line and (above is not None or "\n" in text[item.end : following]):
-                of, where = paths.get(id(above), path), BESIDE  # or of the element itself
+                of, where = paths.get(id(above), path), BESIDE  # in the line of a child or of the start tag
             elif below is not None:
                 of, where = paths.get(id(below), path), BEFORE
             found.append((item, of, where))

@@ -1,6 +1,6 @@
 """Find the meshes, textures and other files that a description refers to.
 
-File names in an artifact depend only on the description: relative names are unchanged, and files from ROS packages are
+File names in an artifact depend only on the description: relative paths are unchanged, and files from ROS packages are
 copied to ``meshes/NAME/...``. An artifact does not refer to missing files.
 """
 
@@ -42,16 +42,16 @@ _TEXT_REFERENCES = {
 
 
 class NamedFile(NamedTuple):
-    """A file name in a description, its source positions, its kind, and True if it is a collision mesh."""
+    """The name of a file that a description refers to."""
 
     name: str
-    spans: list[Span]
-    kind: str = MESH
-    collides: bool = False
+    spans: list[Span]  # positions of the name
+    kind: str = MESH  # MESH, TEXTURE, OF_ELEMENT (in raw XML) or OF_MESH
+    collides: bool = False  # a collision mesh
 
     @property
     def address(self) -> tuple[str, str]:
-        """The URI scheme ("" for a path) and the rest; package:///NAME/FILE is accepted, as other programs do."""
+        """The URI scheme ("" for a path) and the rest. An extra slash after package:// is accepted."""
         scheme, mark, rest = self.name.partition("://")
         return (scheme, rest.lstrip("/") if scheme in _PACKAGES else rest) if mark else ("", self.name)
 
@@ -61,23 +61,23 @@ class NamedFile(NamedTuple):
 
 
 class FoundFile(NamedTuple):
-    """A file that was found, with its names in artifacts, relative to the folder of the artifacts."""
+    """A file that was found, with its paths in artifacts, relative to the output folder."""
 
     named: NamedFile
     file: Path
-    places: tuple[str, ...]  # names in artifacts that open it
-    beside: tuple[str, ...] = ()  # names in other artifacts
+    places: tuple[str, ...]  # paths in artifacts that open the file, such as an MJCF
+    beside: tuple[str, ...] = ()  # paths in artifacts that only refer to the file, such as a URDF
 
 
 class SearchResult(NamedTuple):
-    """The result of a search for files."""
+    """The result of a search for meshes and other files."""
 
     found: tuple[FoundFile, ...] = ()
-    missing: frozenset[str] = frozenset()  # names without a usable file
+    missing: frozenset[str] = frozenset()  # names of files that were not found or cannot be opened
     diagnostics: Sequence[Diagnostic] = ()
-    by_name: Mapping[str, Path] = MappingProxyType({})  # path of each file that was found
+    by_name: Mapping[str, Path] = MappingProxyType({})  # {name: path} of the files that were found
     resolved: tuple[PackageFolder, ...] = ()  # the packages that were looked up, with their folders
-    files: Mapping[str, bytes] = MappingProxyType({})  # contents of files to write with the artifacts, by name
+    files: Mapping[str, bytes] = MappingProxyType({})  # {path in the output folder: contents} to write
 
     def add_to(self, robot: Robot) -> Robot:
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
@@ -86,33 +86,33 @@ class SearchResult(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where to search: the main file of the description, the folder of its artifacts, and folders of packages."""
+    """The places in which to search for files."""
 
-    description: Path
-    outputs: Path
-    packages: Mapping[str, Path]
+    description: Path  # main file of the description
+    outputs: Path  # folder of the artifacts
+    packages: Mapping[str, Path]  # folders of ROS packages by name
     environment: Mapping[str, str]
 
     def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
-        """Find all meshes (or textures, by ``kind``) of a description and return their paths by name."""
+        """Find all meshes (or textures, by ``kind``) of a description, and map their names to paths."""
         return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
     def search(self, tree: Map, relative: bool = True) -> SearchResult:
-        """Search meshes and textures by the names in an imported file; ``relative`` includes relative paths."""
+        """Search for the meshes and textures of an imported file; ``relative`` includes relative paths."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
         found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
         diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
         return found._replace(diagnostics=diagnostics)
 
     def missing_paths(self, tree: Map, found: Container[str]) -> Iterator[Path]:
-        """Yield the expected paths of meshes that were not ``found``, to watch for them."""
+        """Yield the expected paths of meshes that are not in ``found``, so that they can be watched."""
         for one in named_files(tree, MESH):
             if one.name not in found and "://" not in one.name:
                 yield from (Path(span.source.path).parent / one.name for span in one.spans)
 
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult:
-    """Search the files to which a description refers and which these outputs need."""
+    """Search for the files that a description refers to and that these outputs need."""
     formats = [RECORDS[output.backend] for output in outputs]
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming, embeds = any(one.measures or one.meshes for one in formats), any(one.embeds for one in formats)
@@ -135,7 +135,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
-    """Add the contents of the files to write with the artifacts in ``folder`` to the result of a search."""
+    """Add to the result of a search the contents of the files that must be written to the output folder."""
     if has_errors(searched.diagnostics):
         return searched
     contents, diagnostics, unreadable = dict[str, bytes](), [*searched.diagnostics], list[NamedFile]()
@@ -154,7 +154,7 @@ def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) 
 
 
 def named_files(tree: Map, kind: str) -> list[NamedFile]:
-    """Return the meshes or textures that a description refers to, without duplicates."""
+    """Return all meshes or textures (``kind``) that a description refers to, without duplicates."""
     found: dict[str, dict[Span, None]] = {}
     colliding: set[str] = set()
 
@@ -165,7 +165,7 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
                 colliding.update([entry[key]] if collides else ())
             for name, value in node.items():
-                visit(value if name != "mjcf" else None, collides or name == "collision")  # not below mjcf
+                visit(value if name != "mjcf" else None, collides or name == "collision")  # skip raw MJCF values
         for item in node if isinstance(node, Seq) else ():
             visit(item, collides)
 
@@ -175,7 +175,7 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
 
 
 def references(mesh: Path) -> list[str]:
-    """Return the files that a mesh file refers to, directly and indirectly, relative to its folder."""
+    """Return the files that a mesh file refers to, directly or indirectly, relative to its folder."""
     ending = mesh.suffix.lower()
     try:
         data = files.read_bytes(mesh)
@@ -197,7 +197,7 @@ def references(mesh: Path) -> list[str]:
 
 
 def urdf_file_name(name: str) -> str:
-    """Return the name of a mesh or texture file in a URDF; a model:// URI becomes the name of a copy."""
+    """Return the name of a mesh or texture file in a URDF; files of model:// URIs are copied to ``meshes``."""
     scheme, mark, rest = name.partition("://")
     return f"meshes/{rest.lstrip('/')}" if mark and scheme == "model" and ".." not in rest.split("/") else name
 
@@ -208,14 +208,14 @@ def is_relative(name: str) -> bool:
 
 
 def opened_by(output: Output, name: str, kind: str = MESH) -> str:
-    """Return the path of a file in an artifact, relative to the folder of the artifacts, or "" if not opened."""
+    """Return the path at which an artifact opens a file, relative to the output folder, or "" if it does not."""
     opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return _relative_to(output.file, opened) if opened else ""
 
 
 def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Sequence[NamedFile]) -> Diagnostic:
-    """Return one diagnostic about several files of a kind, with all their source positions."""
+    """Return a single diagnostic about several files of the same kind."""
     names, spans, kind = [one.name for one in many], [span for one in many for span in one.spans], many[0].kind
     subject = f"{len(names)} {_PLURALS[kind]} ({first_of(names, 3)}) are" if len(names) > 1 else f"{kind} {names[0]} is"
     return Diagnostic(rule, severity, f"{subject} {what}", spans[0], and_here(spans[1:]), help, (EVERYTHING,))
@@ -224,7 +224,7 @@ def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Seque
 class _Search:
     def __init__(self, places: Places, outputs: Sequence[Output], tree: Map | None) -> None:
         self.places, self.main = places, places.description.parent
-        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # folders of meshes and packages by source
+        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # by folder of the YAML file
         for entry in (tree, *(tree.get("links") or {}).values()) if tree is not None else ():
             source = entry.get("source") if isinstance(entry, Map) else None
             if isinstance(source, Map) and ("folder" in source or "packages" in source):
@@ -240,10 +240,10 @@ class _Search:
         self.left_out = f", and left out of {first_of([one.file for one in self.opening], 2)}" if self.opening else ""
         self.finders: dict[Path, Packages] = {}
         self.found: list[FoundFile] = []
-        self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by name relative to the folder of the artifacts
+        self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by path in the output folder
         self.resolved: dict[PackageFolder, None] = {}
         self.diagnostics: list[Diagnostic] = []
-        self.absent: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # by reason, help, severity and kind
+        self.absent: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # {(reason, help, severity, kind): files}
 
     def run(self, named: Sequence[NamedFile]) -> SearchResult:
         missing, by_name = set[str](), dict[str, Path]()
@@ -274,8 +274,8 @@ class _Search:
                 self._absent(one, f"no file{self.left_out}", "name a file, or package://NAME/FILE", WARNING)
             return None
         else:
-            # A copy in the folder of the artifacts may be outdated, so the source has priority. Files outside of that
-            # folder are not copied, so artifacts must find them at their path.
+            # A copy in the output folder may be outdated, so the source has priority. Files outside of that folder
+            # are not copied, so they must exist at the path that the artifacts contain.
             sources = [place for folder in folders for place in self.sources.get(folder, self.main_source)[0]]
             near = () if self._leads_out(one) else (*folders, *sources, *_folders_above(one))
             artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
@@ -294,7 +294,7 @@ class _Search:
         return None
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
-        severity = WARNING if self.opening or scheme == "model" else NOTE  # a URDF only has packages
+        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF find packages themselves
         help, folders = "put the file next to the description, or correct the name", [*one.folders, self.main]
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
@@ -314,7 +314,7 @@ class _Search:
             what, severity = f"not there, as seen from {self.places.description.name}", WARNING
             if self.has_outputs:
                 what = "not there, neither as seen from the artifacts nor next to the description"
-            # Textures are optional, and the import has already reported a mesh that it did not find.
+            # This is no error: textures are optional, and the import already reported missing meshes.
             if one.kind == TEXTURE or any(self.sources.get(folder, self.main_source)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:
@@ -350,7 +350,7 @@ class _Search:
                 self._ambiguous(f"{what}, and differ", one.spans[0], first)
 
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
-        """Report a file name for which different folders of the description have different files."""
+        """Report a file name that refers to different files, depending on the folder of the YAML file."""
         scheme, rest = one.address
         is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES) or self._leads_out(one)
         for folder in () if len(one.folders) == 1 or is_fixed else one.folders:
@@ -391,7 +391,7 @@ class _Search:
 
 
 def _folders_above(one: NamedFile) -> Iterator[Path]:
-    """Yield the folders above an imported file, from which a path that starts with ".." may be relative."""
+    """Yield folders above an imported file, because paths in the file may be relative to one of these."""
     for span in one.spans:
         path = Path(os.path.abspath(span.source.path))
         if path.suffix not in ENDINGS:
@@ -399,7 +399,6 @@ def _folders_above(one: NamedFile) -> Iterator[Path]:
 
 
 def _relative_to(place: str, name: str) -> str:
-    """Convert a name relative to an artifact to a name relative to the folder of the artifacts."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(place), name))
 
 
@@ -408,7 +407,6 @@ def _is_inside(name: str) -> bool:
 
 
 def _plain(path: Path) -> Path:
-    """Normalize "." and ".." in a path, also if the folder of the artifacts does not exist yet."""
     return Path(os.path.normpath(path))
 
 

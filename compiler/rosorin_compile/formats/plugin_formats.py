@@ -22,7 +22,7 @@ from .templating import TemplateProblem
 
 @cache
 def plugin_formats(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
-    """Return the formats of plug-ins that do not conflict with built-in names and files, and diagnostics."""
+    """Load the formats of plug-ins. Return the valid formats by name, and diagnostics about the others."""
     readable = [one for one in built_in if one.load is not None]
     files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
     names = {one.name for one in built_in}

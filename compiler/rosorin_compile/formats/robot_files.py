@@ -1,7 +1,7 @@
 """Import a robot from a file in any format, which is detected from the file name and the content.
 
-The tree of an imported robot is validated. Existing robots violate some rules that other programs do not enforce, for
-example with an axis of length 2, so an entry of ``accept`` is added for each such violation. All others are errors.
+The YAML tree of an imported robot is validated. Existing robots violate some rules that other programs do not enforce,
+for example with an axis of length 2: an entry of ``accept`` is added for each such violation. All others are errors.
 """
 
 from collections.abc import Iterable
@@ -38,9 +38,9 @@ _OTHER_FORMATS = {
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> ImportedRobot:
-    """Import a robot; ``asked`` is the source position of a reference to the file. Errors are diagnostics."""
+    """Import a robot from a file. Errors become diagnostics, at the position ``asked`` if the file is unreadable."""
     Progress.step(f"reading {path.name}")
-    notes, more = list[Diagnostic](), plugged_diagnostics()  # a broken plug-in may define the format of this file
+    notes, more = list[Diagnostic](), plugged_diagnostics()  # an invalid plug-in may define this format
     try:
         format, opened, notes = _open(path, options or ReadOptions(), asked)
         more = ()
@@ -71,7 +71,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         raise MarkupError(error("wrong-format", message, document.root.span, help))
     recognised = [one for one in _readable() if one.recognises is not None and one.recognises(document, path)]
     matching = [*recognised, *(one for one in _readable() if document.root.tag in one.roots)]
-    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins come last
+    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # prefer built-in formats
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published_format():
@@ -83,7 +83,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
 
 
 def join(imported: ImportedRobot, name: str, path: Path, options: ReadOptions) -> ImportedRobot:
-    """Add the sections of a companion file in the format ``name`` to a robot; the tree is None after errors."""
+    """Add a companion file in the format ``name``, such as an SRDF, to a robot; after errors, its tree is None."""
     format, tree = FORMATS[name], imported.tree
     if format.join is None or tree is None:
         return imported
@@ -116,7 +116,7 @@ def join(imported: ImportedRobot, name: str, path: Path, options: ReadOptions) -
 
 
 def known_formats() -> str:
-    """Format the list of formats that can be imported, as the end of a sentence."""
+    """Return the names of all formats that can be imported, joined by commas and "or"."""
     *first, last = [one.listed for one in _readable()]
     return f"{', '.join(first)}, or {last}"
 
@@ -162,7 +162,7 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 
 def outputs_of(imported: ImportedRobot, why: str = "") -> Outputs:
-    """Return the outputs for an imported robot; ``why`` is the reason to omit optional formats, or ""."""
+    """Return the entries of ``outputs`` for an imported robot; ``why`` is a reason to omit optional formats."""
     made, tree = Outputs({}, {}, {}), imported.whole
     for format in FORMATS.values():
         asked = format.asked and format.asked(tree, imported.version, file_name(tree["robot"]))
@@ -176,13 +176,13 @@ def outputs_of(imported: ImportedRobot, why: str = "") -> Outputs:
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
-    """Add entries of ``accept`` for rule violations. Return (the changed tree or None after errors, diagnostics)."""
+    """Suppress tolerated rule violations with ``accept``. Return the tree (None after errors) and diagnostics."""
     Progress.step("validating")
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
     rules, problems, count = acceptable(), violations(tree), 0
-    names: dict[tuple[str, str], Span] = {}  # source position of the first violation by rule and name
+    names: dict[tuple[str, str], Span] = {}  # {(rule, name): position of the first violation}
     for _ in range(3):  # repeat, because an accepted error may have hidden violations of other rules
         for one in problems:
             if not one.of or one.severity != ERROR or one.rule not in rules:
@@ -191,7 +191,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             may = imported == "always" or (lenient and imported == "lenient")
             if one.rule == "mass-not-positive":
                 may = lenient or tree["links"][name]["inertial"]["mass"] == 0
-            if may:  # the last name is a link, the child of a joint
+            if may:
                 names.setdefault((one.rule, name), one.span or tree.span)
         if len(names) == count:
             break
@@ -213,7 +213,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 
 def violations(tree: Map) -> list[Diagnostic]:
-    """Convert a tree to a robot with only its URDF output, and return the diagnostics of this and of the rules."""
+    """Convert a YAML tree to a robot, check the rules, and return all diagnostics."""
     if "outputs" not in tree:
         format, tree = FORMATS.published_format(), tree.copy()
         outputs = {format.name: {"file": f"robot{format.endings[0]}"}}
@@ -225,7 +225,7 @@ def violations(tree: Map) -> list[Diagnostic]:
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
-    """Convert the tree that was read from a generated artifact to a robot. Raises ValueError if it is invalid."""
+    """Convert the YAML tree of a parsed artifact to a robot. Raises ValueError if the tree is invalid."""
     links = [*(tree.get("links") or ())]
     tree["accept"] = [{"rule": "shape-size", "of": links, "reason": ""}]
     wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]

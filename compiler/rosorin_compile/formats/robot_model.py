@@ -29,7 +29,7 @@ _ANY_PULSE = 10**9
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the JSON for a driver. Options: ``joints``, ``rename``, ``servos``, ``source``."""
+    """Return the JSON of a robot, and diagnostics. Options: ``joints``, ``rename``, ``servos``, ``source``."""
     model, diagnostics = _model(robot, output)
     return json.dumps(model, allow_nan=False) + "\n", diagnostics
 
@@ -112,12 +112,12 @@ def _requested(robot: Robot, output: Output) -> list[Joint]:
 
 
 def _numbers(values: Iterable[Any]) -> list[float]:
-    """Convert numbers to floats, so that they are printed with a decimal point, and minus zero to zero."""
+    """Convert numbers to floats, which JSON prints with a decimal point, and minus zero to zero."""
     return [float(value) + 0.0 for value in values]
 
 
 def view(robot: Robot, output: Output) -> Robot:
-    """Return the robot that the artifact must contain, with the names in the artifact."""
+    """Return a robot with the values and names that the artifact must contain."""
     return _robot_of(_model(robot, output)[0])
 
 
@@ -127,7 +127,7 @@ def read(text: str) -> Robot:
     try:
         return _robot_of(model)
     except (AttributeError, KeyError, TypeError, ValueError):
-        for misfit in misfits_of(validator("robot_model"), model):  # the message of the first violation
+        for misfit in misfits_of(validator("robot_model"), model):  # report only the first violation
             raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
         raise
 
@@ -144,7 +144,7 @@ def _finite_json(text: str) -> Any:
 def _robot_of(model: Mapping[str, Any]) -> Robot:
     tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
     for name, entry in model["joints"].items():
-        tree["joints"][name]["axis"] = entry["axis"]  # also for fixed joints
+        tree["joints"][name]["axis"] = entry["axis"]  # the JSON has an axis even for fixed joints
     for group in (tree.get("servos") or {}).values():
         group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # the file does not contain the range
     return lower_artifact(tree, ())
@@ -162,7 +162,7 @@ def _load(opened: ImportFile) -> ImportedRobot:
     for misfit in misfits_of(validator("robot_model"), model):
         message = f"not a driver's model: {subject(misfit.path) if misfit.path else 'the file'}: {words_of(misfit)}"
         wrong.append(error("wrong-format", message, start, "the file is to fit schemas/robot_model.schema.json"))
-    if not wrong:  # The rules require limits of effort and velocity, which the format does not have.
+    if not wrong:  # lenient, because the format lacks the required limits of effort and velocity
         note = f"from {mask_controls(path.name)}: {model['source']}".removesuffix(": ")
         tree, wrong = accept(as_tree(_description(model, note, path.stem), start), lenient=True)
     return ImportedRobot(tree, wrong, files=(path,))
@@ -200,7 +200,7 @@ def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> d
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Report a servo group that does not exist."""
+    """Yield an error if the option ``servos`` is not a servo group of the robot."""
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", which output "{output.name}" uses'

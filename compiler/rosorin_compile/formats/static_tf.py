@@ -1,6 +1,6 @@
 """static_tf: a ROS 2 launch file for the publishers of all frames; static_tf_json: their arguments as JSON.
 
-Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
+Each static transform has a ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as in URDF. All other
 frames are published by robot_state_publisher from the URDF. In launch files, ``and`` and ``or`` take two arguments and
 ``not`` one: ``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``.
@@ -32,14 +32,14 @@ from . import format
 from .format import NODES, PLACES, Format, describe
 from .templating import Templates
 
-# Values of a mode that all substitutions accept: a condition accepts "1" but not "on"; "and" accepts "on" but not "1".
+# Values of a mode that all launch substitutions accept. IfCondition rejects "on", and AndSubstitution rejects "1".
 STATES = ("true", "false", "True", "False")
 
 MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
 _WIDTH = 99  # columns, as ament_flake8 requires
 _PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution", _IF: "IfCondition"}
 
-# (MODE, name), (NOT, condition), (AND, condition, condition), (OR, condition, condition), ALWAYS, NEVER
+# (MODE, name), (NOT, a), (AND, a, b), (OR, a, b), ALWAYS or NEVER, where a and b are conditions
 Condition = tuple[Any, ...]
 ALWAYS, NEVER = ("true",), ("false",)
 
@@ -53,7 +53,7 @@ ARGUMENTS = {
 }
 _EXECUTABLE = f"executable='{STATIC_TRANSFORM_PUBLISHER}',"
 _NODE = re.compile(rf"{_EXECUTABLE}\s+name=(.*),\s+namespace=.*\s+arguments=\[\n((?:.*\n)*?)\s+\],")
-# Decimals of printed numbers; ``number_format: exact`` prints all digits.
+# Largest rounding errors (m, rad) of printed numbers, except with ``number_format: exact``.
 ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
@@ -65,27 +65,27 @@ class StaticTransform(NamedTuple):
     child: str
     arguments: tuple[str, ...]
     source: Source
-    when: str = ""  # condition in modes for starting it, or "" for always
+    when: str = ""  # condition for starting the node, such as "not slam", or "" for always
 
     @property
     def edge(self) -> Edge:
-        """The transform, rounded as printed."""
+        """The transform that the node publishes, with the rounded numbers of its arguments."""
         return replace(read_arguments(self.name, list(self.arguments)), when=self.when)
 
     def words(self) -> Iterator[tuple[str, str, bool]]:
-        """Yield flag, value, and True if the value is the name of a frame, for each argument."""
+        """Yield each flag with its value, and True if the value is the name of a frame."""
         for flag, value in zip(self.arguments[::2], self.arguments[1::2], strict=True):
             yield flag, value, flag in _FRAMES
 
     def in_python(self) -> Iterator[tuple[str, str]]:
-        """Yield flag and value as Python source for each argument; frames have the prefix."""
+        """Yield each flag with its value as a Python expression, which adds the frame prefix to frame names."""
         for flag, value, is_frame in self.words():
             yield flag, f"[{FRAME_PREFIX}, {value!r}]" if is_frame else repr(value)
 
 
 @dataclass(frozen=True)
 class FrameTable:
-    """The transforms in an artifact, and the joint positions of poses."""
+    """The transforms in an artifact, and the joint positions of its named poses."""
 
     frames: tuple[Edge, ...]
     poses: tuple[JointPose, ...] = ()
@@ -95,7 +95,7 @@ StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diag
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the static_transform_publishers of a robot (those for all modes and those for some), and diagnostics."""
+    """Return the static_transform_publisher nodes that always run, the nodes for some modes, and diagnostics."""
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
     always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
@@ -132,7 +132,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics.append(Diagnostic("static-tf-no-urdf", WARNING, message, help=help))
     modes = free_names(modes_in(robot, [one.when for one in in_modes]), (_URDF_FILE, *ARGUMENTS), "mode_")
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
+    declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # (name, default as Python code, help, choices)
     if urdf is not None:
         place = posixpath.relpath(urdf.file, posixpath.dirname(output.file) or ".")
         help = "URDF file that robot_state_publisher publishes"
@@ -152,7 +152,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> FrameTable:
-    """Return the transforms that an artifact must contain, without conditions, which ``read`` does not parse."""
+    """Return the transforms that an artifact must contain; conditions are only in static_tf_json."""
     always, in_modes, _ = static_transforms(robot, [output])
     has_conditions = output.backend == LIST.name
     return FrameTable(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
@@ -178,7 +178,7 @@ def read(text: str) -> FrameTable:
 
 
 def read_arguments(name: object, arguments: object) -> Edge:
-    """Parse the arguments of a static_transform_publisher. Raises ValueError unless they have the generated form."""
+    """Parse the arguments of a static_transform_publisher. Raises ValueError if flags are missing or unknown."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is not text or arguments that are not texts")
     given = dict(zip(arguments[::2], arguments[1::2], strict=False))
@@ -190,7 +190,7 @@ def read_arguments(name: object, arguments: object) -> Edge:
 
 
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield an error for a ``number_format`` other than exact, which command line arguments do not support."""
+    """Yield an error for a ``number_format`` other than "exact", which this format does not support."""
     if output.options.get("number_format", "exact") != "exact":
         message = f'the format "{output.backend}" does not support "number_format: {output.options["number_format"]}"'
         help = 'write "exact", or remove the key (default: 7 decimals for metres, 8 for radians)'
@@ -222,7 +222,7 @@ FORMAT = Format(
 
 
 def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the static transforms of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    """Return the static transforms of a robot as JSON, and diagnostics. Option: ``number_format``."""
     always, in_modes, diagnostics = static_transforms(robot, [output])
     nodes: list[dict[str, Any]] = []
     for one in [*always, *in_modes]:
@@ -258,7 +258,7 @@ def robot_of(path: Path) -> str:
     return robot if isinstance(robot, str) else ""
 
 
-# static_tf_json: arguments of the nodes for existing launch files (``schemas/static_tf.schema.json``).
+# static_tf_json: the arguments of the nodes, for existing launch files (``schemas/static_tf.schema.json``).
 LIST = replace(
     FORMAT,
     name="static_tf_json",
@@ -278,7 +278,7 @@ LIST = replace(
 
 
 def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
-    """Return a launch argument for each name, with the prefix ``before`` if the name is already taken."""
+    """Map each name to a free launch argument: the name, or with the prefix ``before`` if the name is taken."""
     names, taken = list(names), set(taken)
     free = {name: name for name in names if name not in taken}
     for name in names:
@@ -290,7 +290,7 @@ def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[
 
 
 def condition(robot: Robot, when: str) -> Condition:
-    """Convert a condition in modes to a tree of two-argument operators (Shannon expansion)."""
+    """Convert a condition such as "slam and not rviz" to nested binary operators (Shannon expansion)."""
     modes = modes_in(robot, [when])
     table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
 
@@ -322,7 +322,7 @@ def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
 
 
 def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
-    """Format a condition for Python launch files; ``indent`` and ``before`` count the columns before the condition."""
+    """Format a condition as a Python expression that starts at column ``indent + before``, wrapped if too long."""
     word, *operands = condition
     if word == MODE or not operands:
         return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
@@ -335,12 +335,12 @@ def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, b
 
 
 def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
-    """Format the argument ``condition`` of a node in Python; ``indent`` is its column."""
+    """Format the argument ``condition`` of a node as Python code; ``indent`` is its indentation."""
     return in_python((_IF, condition), arguments, indent, len("condition="))
 
 
 def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
-    """Return the import statement for ``launch.substitutions`` with the names in conditions, and ``more``."""
+    """Return a Python import statement for the substitutions that conditions use, and for ``more``."""
     names, waiting = set(more), list(conditions)
     while waiting:
         word, *operands = waiting.pop()

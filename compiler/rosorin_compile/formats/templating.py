@@ -1,4 +1,4 @@
-"""Render Jinja templates, with errors for undefined names and with escaped XML; and the format ``template``.
+"""Render Jinja templates with escaped XML and with errors for undefined names; define the format ``template``.
 
 The templates of the program and of plug-ins are rendered in this process. The templates of a description may be
 untrusted, so they are rendered in a child process with resource limits, in Jinja's sandbox, with plain values only.
@@ -42,7 +42,7 @@ MAX_OUTPUT = 50_000_000  # characters
 _OUT_OF_TIME = f"it takes more than {MAX_SECONDS} s of CPU time"
 _PATIENCE = 60  # s of wall-clock time, which can be much longer than the CPU time on a busy machine
 _XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
-# What Jinja's messages call a value of the robot model: 'rosorin_compile.model.robot.Sensor object'.
+# A value of the robot model in Jinja's messages, such as 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 # Use -c, because -m would import modules from the working directory, which may be untrusted.
 _START_CHILD = "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
@@ -53,7 +53,7 @@ _OPTIONS |= {"undefined": jinja2.StrictUndefined}
 
 
 class _BytecodeCache(jinja2.FileSystemBytecodeCache):
-    """Caches the compiled templates of the program; an entry that cannot be read or written is ignored."""
+    """Caches compiled templates of the program, and ignores cache files that cannot be read or written."""
 
     def load_bytecode(self, bucket: Bucket) -> None:
         with suppress(OSError):
@@ -73,7 +73,7 @@ class TemplateProblem(Exception):
 
 
 def attributes(**values: str) -> Markup:
-    """Return the attributes of an XML element, each preceded by a space, with escaped values."""
+    """Format the attributes of an XML element, each preceded by a space, with escaped values."""
     # Written in Python, because a large robot has tens of thousands of attributes, and template expressions are slow.
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
@@ -95,12 +95,12 @@ def _own(place: Path | None) -> jinja2.Environment:
 
 
 class Templates:
-    """Renders the templates in ``folder``, the folder of a description, or by default those of the program."""
+    """Renders the Jinja templates in the folder of a description, or by default those of the program."""
 
     comment = staticmethod(comment)
 
     def __init__(self, folder: Path | None = None, first: Path | None = None, package: str = "") -> None:
-        # If the main file of the description is a symlink, templates can also be in the folder of its target.
+        # ``first`` is the main file of the description. If it is a symlink, templates can be next to its target.
         self.folder, self.first, self.package_name = folder, first, package
         self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
@@ -137,7 +137,7 @@ class Templates:
         raise TemplateProblem(rule, rendered.message, span)
 
     def _in_child(self, name: str, values: Mapping[str, Any]) -> _Rendered:
-        import pickle  # importing these and subprocess takes as long as compiling a small robot
+        import pickle  # slow to import: these three take as long as compiling a small robot
         import signal
         import subprocess
 
@@ -146,11 +146,11 @@ class Templates:
         pickler = pickle.Pickler(request)
         pickler.dispatch_table = {MappingProxyType: lambda proxy: (dict, (dict(proxy),))}
         pickler.dump((self.folder, self.first, name, dict(values)))
-        # numpy reserves memory for each thread of its libraries.
+        # Limit the threads, because the libraries of numpy reserve memory for each of them.
         env = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         paths, data = json.dumps([os.path.abspath(entry) for entry in sys.path if entry]), request.getvalue()
         command = [sys.executable, "-c", _START_CHILD, paths]
-        try:  # runs this Python, without a shell
+        try:  # run this Python interpreter, without a shell
             done = subprocess.run(command, input=data, capture_output=True, timeout=_PATIENCE, env=env, check=False)  # noqa: S603
             if not done.returncode:
                 return _Rendered(*json.loads(done.stdout))
@@ -186,7 +186,7 @@ class _Rendered(NamedTuple):
 
 
 class _OutOfTime(BaseException):
-    """The soft limit of the CPU time was reached. This is not an Exception, because Jinja could catch it."""
+    """Raised when the limit of the CPU time is exceeded. Not an ``Exception``, because Jinja catches these."""
 
 
 def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, Any]) -> _Rendered:
@@ -202,9 +202,9 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
     except (Exception, _OutOfTime) as failure:  # filters of Jinja can raise any exception
         line, trace = 0, failure.__traceback__
         while trace is not None:
-            if trace.tb_frame.f_code.co_filename == "<template>":  # Jinja's name for the code of templates
+            if trace.tb_frame.f_code.co_filename == "<template>":  # the file name of compiled templates
                 template = trace.tb_frame.f_globals.get("__jinja_template__")
-                # Jinja rewrites the line numbers of exceptions, but not of _OutOfTime.
+                # Jinja does not convert line numbers of compiled templates if the exception is _OutOfTime.
                 line = template.get_corresponding_lineno(trace.tb_lineno) if template else trace.tb_lineno
             trace = trace.tb_next
         rule = "template-unsafe" if isinstance(failure, SecurityError) else "template-failed"
@@ -214,7 +214,7 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
 
 
 def render_request() -> None:
-    """Render the template of the request on standard input, in the child process, and print the result."""
+    """Render a template in a child process: read the request from standard input, and print the result."""
     import pickle
     import signal
 
@@ -229,7 +229,7 @@ def render_request() -> None:
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # generates random text
         del sandbox.filters["random"]  # artifacts must be reproducible
-        with suppress(ImportError):  # Windows, where the parent reports it
+        with suppress(ImportError):  # Windows lacks this module, which the parent reports
             import resource
 
             signal.signal(signal.SIGXCPU, stop)

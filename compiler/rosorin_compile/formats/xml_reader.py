@@ -20,13 +20,13 @@ from .format import SourceValue, cannot_carry
 from .imported_robot import ReadOptions
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
-UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # dimension, and largest plausible number without a unit
+UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # (dimension, largest plausible number without a unit)
 
-NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name as in the schema of descriptions
+NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # the pattern of names in descriptions
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
-# Elements that must not occur twice with different contents, because readers differ in which of the two they use.
+# Elements that must not occur twice with different contents, because parsers differ in which one they use.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")
 
@@ -39,14 +39,14 @@ class _Size(NamedTuple):
 
 
 class XmlReader:
-    """Reads the elements of an XML file, and collects diagnostics and the path of the entry of each element."""
+    """Reads the elements of an XML file, and collects diagnostics and the YAML paths of the elements."""
 
     attributes: Collection[str] = ()  # all attributes of the format
 
     def __init__(self, options: ReadOptions, spelling: bool = True) -> None:
         self.options, self.spelling = options, spelling
         self.diagnostics: list[Diagnostic] = []
-        self.paths: dict[int, Path] = {}  # the path of the entry for each element, by id
+        self.paths: dict[int, Path] = {}  # {id of an element: YAML path of its entry}
         self.joint_types: set[str] = set()
         self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
 
@@ -63,15 +63,15 @@ class XmlReader:
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
-        """Report a mistake and return True with --lenient, which does ``instead``; otherwise report an error."""
+        """Report a mistake as an error, or with --lenient as a note that states ``instead``. Return True for a note."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
-        elif rule not in acceptable():  # otherwise the rule itself reports it
+        elif rule not in acceptable():  # other mistakes are reported by the rule
             self.note(rule, f"{message}; --lenient {instead}", span)
         return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if diagnostics from index ``before`` on have errors; with --lenient, a warning replaces these."""
+        """Return True if errors were reported after index ``before``; --lenient replaces them with a warning."""
         reported = [one.with_help() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
@@ -85,7 +85,7 @@ class XmlReader:
         return bool(wrong)
 
     def all_diagnostics(self) -> list[Diagnostic]:
-        """Return all diagnostics; those about similar content that is omitted or has no effect are merged."""
+        """Return all diagnostics; those about similar elements that are omitted or ignored are merged."""
         groups: dict[object, list[Diagnostic]] = {}
         for index, one in enumerate(self.diagnostics):
             kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
@@ -93,7 +93,7 @@ class XmlReader:
         return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     def single(self, element: Element, tag: str) -> Element | None:
-        """Return the first child with a tag, or None; report further children with this tag."""
+        """Return the first child with a tag, or None, and report all other children with the same tag."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
@@ -111,7 +111,7 @@ class XmlReader:
         return element.attributes[name].value if name in element.attributes else None
 
     def need(self, element: Element, *names: str) -> None:
-        """Report missing required attributes, except those that are reported as misspelled."""
+        """Report missing attributes, unless the element has a misspelled attribute in place of them."""
         missing = [name for name in names if name not in element.attributes]
         if missing and not self.options.lenient:
             strange = [other for other in element.attributes if other not in self.attributes]
@@ -121,7 +121,7 @@ class XmlReader:
             self.error("missing-attribute", lacks(element, missing), element.span, help)
 
     def check(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
-        """Report unknown attributes and children of an element as misspelled or lost, or keep them in ``keep``."""
+        """Report unknown attributes and children of an element; with ``keep``, add unknown children to it as XML."""
         self.check_attributes(element, attributes)
         for child in element.children:
             if child.tag in tags:
@@ -163,7 +163,7 @@ class XmlReader:
     def numbers(
         self, words: Sequence[Word], element: Element, name: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[SourceValue] | None:
-        """Parse the numbers of an attribute, or of the text if the name is empty; return None after an error."""
+        """Parse the numbers of an attribute, or of the text if ``name`` is empty; return None after an error."""
         # An invalid number, such as one with a comma, is reported instead of the wrong count that it causes.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
@@ -180,8 +180,8 @@ class XmlReader:
 
     def number(self, word: Word, element: Element, name: str, unit: str = "", tag: str = "") -> float | None:
         """Parse a number, or report an error and return None."""
-        # A number that looks like degrees or millimetres becomes a quantity with its unit, because the rules for such
-        # numbers are for descriptions. Numbers with a ``tag`` are compared with the other numbers of the file.
+        # A very large number becomes a quantity with an explicit unit, so that no rule reports a missing unit. Numbers
+        # with a ``tag`` are collected in order to detect files in degrees or millimetres.
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
@@ -222,13 +222,13 @@ class XmlReader:
 def _is_degrees(size: _Size) -> bool:
 
     def is_multiple(step: float) -> bool:
-        return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad
+        return abs(size.value - round(size.value / step) * step) < 0.06  # 1.57 rad is 89.95 degrees
 
     if size.tag == "origin":
         return size.value > 14.94 and is_multiple(5)
     digits = size.value / 10 ** math.floor(math.log10(size.value))
     many_turns = any(math.isclose(digits, one) for one in (1, 2, 5)) or is_multiple(math.tau)
-    # 20 rad is the largest limit in 600 public robots that does not mean many turns.
+    # In 600 public robots, all limits above 20 rad mean "many turns".
     return size.value < 360.06 and ((size.value > 31 and not many_turns) or is_multiple(45))
 
 
@@ -249,7 +249,7 @@ def _described(element: Element, attribute: str) -> str:
 
 
 def lacks(element: Element, names: Sequence[str]) -> str:
-    """Return the message for missing attributes of an element."""
+    """Return a message which states that an element lacks attributes."""
     return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
 
 
@@ -272,5 +272,5 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: XmlRead
 
 
 def put_value(entry: Map, key: str, value: Any, element: Element) -> None:
-    """Set a key of an entry, with the source position of an element."""
+    """Set a key of an entry to a value, at the source position of an element."""
     entry.put(key, value, element.span, element.span)

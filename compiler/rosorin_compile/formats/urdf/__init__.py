@@ -28,11 +28,11 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 def _asked(tree: Map, version: str, name: str) -> OutputEntry:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
-    entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # options set by the import
+    entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # the import can set options
     has_capsules = any("capsule" in shape for shape in shapes)
     entry |= {"version": "1.2"} if has_capsules or version == "1.2" else {}
     remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, they are cylinders"
-    return OutputEntry(entry, remark if has_capsules else "")  # urdfdom before version 5 rejects that version
+    return OutputEntry(entry, remark if has_capsules else "")  # urdfdom before version 5 rejects URDF 1.2
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
@@ -41,7 +41,7 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
         **format.OF_PUBLISHERS,
         **unsupported_drives(output, quiet=not output.options.get("gazebo")),
         "constraints": Unsupported("no loops, and no couplings but mimic"),
-        "sensors.*.joint": None,  # includes fixed joints
+        "sensors.*.joint": None,  # supported, even for fixed joints
         "links.*.collision.*.capsule": Unsupported("cylinders are written", one_way=True),
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }

@@ -47,9 +47,9 @@ TEXTS = {
     **dict.fromkeys(("mesh", "texture"), ("filename",)),
     "mimic": ("joint",),
 }
-_POSITION_UNIT = "q"  # unit of the joint position
+_POSITION_UNIT = "q"  # stands for the unit of the joint position, rad or m
 _LENGTH, _POSITION, _PLAIN = (1, LENGTHS), (1, _POSITION_UNIT), (1, PLAIN)
-# Numeric attributes, with the number of values and the unit, if large values are checked.
+# Numeric attributes: (number of values, unit). Values with a unit are checked for implausible sizes.
 NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "origin": {"xyz": (3, LENGTHS), "rpy": (3, ANGLES), "quat_xyzw": (4, PLAIN)},
     "mass": {"value": _PLAIN},
@@ -74,12 +74,12 @@ _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
 _WITH_RANGE = ("revolute", "prismatic")
-# Elements without effect for a type of joint. An axis is not reported, because exporters write one for every joint.
+# Elements that have no effect for a joint type. Exporters write an axis for all joints, so it is not reported.
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
 
 def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...] = ()) -> ImportedRobot:
-    """Import a URDF document. ``files`` are the files that it was generated from, by default ``path``."""
+    """Import a URDF document; ``files`` are the files from which it was generated, by default ``path``."""
     reader = _Reader(options)
     tree: Map | None = reader.robot(document.root, path)
     diagnostics = reader.all_diagnostics()
@@ -102,7 +102,7 @@ def read(text: str) -> Robot:
 
 
 def plain(robot: Robot) -> Robot:
-    """Return a robot without sources and publishers. Raises ValueError if a joint refers to an unknown link."""
+    """Remove sources and publishers, which a URDF lacks. Raises ValueError if a joint has an unknown link."""
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in robot.link:
@@ -112,13 +112,13 @@ def plain(robot: Robot) -> Robot:
 
 
 class _Reader(XmlReader):
-    """Converts the elements of a <robot> to the tree of a description."""
+    """Converts the elements of a <robot> to the YAML tree of a description."""
 
     attributes = frozenset(name for table in (TEXTS, NUMBERS) for names in table.values() for name in names)
     joints: Collection[str] = ()  # the names of all joints of the file
 
     def robot(self, root: Element, path: Path, springs: bool = True) -> Map:
-        """Return the tree for a <robot> element; with ``springs``, add joint springs from <gazebo> elements."""
+        """Convert a <robot> to a YAML tree; with ``springs``, read joint springs from <gazebo> elements."""
         tree, source = Map(root.span), Map(root.span)
         name = root.attributes.get("name")
         if name is not None and name.value.strip():
@@ -138,7 +138,7 @@ class _Reader(XmlReader):
         self._section(root, "joint", self._joint, tree)
         self._rename_materials(tree)
         self.check_element(root, tree)
-        for block in root.children if springs else ():  # other simulators support springs, too
+        for block in root.children if springs else ():  # springs for Gazebo, which other simulators support, too
             joint: Any = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
             for element in block.children if joint is not None else ():
                 with suppress(ValueError):
@@ -160,7 +160,7 @@ class _Reader(XmlReader):
         return tree
 
     def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
-        """Report unknown and missing names in an element; ``path`` is that of its entry, ``keep`` as in ``check``."""
+        """Report unknown and missing names in an element, and record the YAML path of its entry."""
         attributes = (*TEXTS.get(element.tag, ()), *NUMBERS.get(element.tag, ()))
         self.check(element, CHILDREN.get(element.tag, ()), attributes, keep)
         self.need(element, *needed)
@@ -168,7 +168,7 @@ class _Reader(XmlReader):
             self.paths[id(element)] = path
 
     def put_numbers(self, entry: Map, element: Element, unit: str = PLAIN, keys: dict[str, str] | None = None) -> None:
-        """Set the keys of an entry to the numbers of an element; ``unit`` is the unit of the joint position."""
+        """Copy the numeric attributes of an element to an entry; ``unit`` is the unit of joint positions."""
         for name, (count, own) in NUMBERS[element.tag].items():
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
@@ -226,7 +226,6 @@ class _Reader(XmlReader):
         return entry
 
     def _inertial(self, element: Element, link: Map, path: TreePath) -> None:
-        """Set the inertial of a link; mass and all six moments are required. With --lenient, omit an invalid one."""
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
         for tag in ("mass", "inertia"):
@@ -253,7 +252,7 @@ class _Reader(XmlReader):
             put_value(link, "inertial", entry, element)
 
     def _shape(self, element: Element, link: Map, path: TreePath) -> None:
-        """Add a <visual> or <collision> to its list, or keep it as XML if its geometry is not supported."""
+        """Add a <visual> or <collision> to a link, or keep it as raw XML if its geometry is not supported."""
         geometry = self.single(element, "geometry")
         if geometry is None or not geometry.children:
             message, span = f"{name_of(element)} has no shape in a <geometry>", (geometry or element).span
@@ -370,7 +369,7 @@ class _Reader(XmlReader):
             return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
-                put_value(entry, name, 0, element)  # the default in readers of URDF
+                put_value(entry, name, 0, element)  # the default in URDF parsers
         self.put_numbers(entry, element, position)
         missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
         if missing:
@@ -431,7 +430,7 @@ class _Reader(XmlReader):
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:
-        """Remove the name of a material that differs from the first one with that name, which urdfdom uses for all."""
+        """Remove material names from visuals that look different: urdfdom would use the first material for all."""
 
         def look(entry: Map) -> tuple[object, object] | None:
             rgba, texture = entry.get("rgba"), entry.get("texture")

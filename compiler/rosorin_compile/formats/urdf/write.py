@@ -1,9 +1,9 @@
 """Determine the contents of a URDF, and write it (rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``).
 
-By default, it has the links and joints that robot_state_publisher publishes, and planar and floating joints. The option
-``frames`` adds others for simulators. libsdformat drops every link without mass, so that Gazebo reads a URDF without
-masses as an empty model. For a link without an inertial, PyBullet uses 1 kg, and MuJoCo 1 g per cm^3 of its shapes,
-but not if the inertial is zero (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
+By default, a URDF has the links and joints that robot_state_publisher publishes, and planar and floating joints. The
+option ``frames`` adds others for simulators. libsdformat drops every link without mass, so that Gazebo reads a URDF
+without masses as an empty model. For a link without an inertial, PyBullet uses 1 kg, and MuJoCo 1 g per cm^3 of its
+shapes, but not if the inertial is zero (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
 """
 
 from collections import Counter
@@ -33,7 +33,7 @@ from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attributes, comment
 
-STEP = 1 / 240  # s, the default of PyBullet; that of Gazebo is 1/1000
+STEP = 1 / 240  # time step (s) of PyBullet by default; Gazebo uses 1/1000
 FROM_COLLISION = "from_collision"
 PUBLISHED, ALL, BODIES = "published", "all", "bodies"
 ELEMENTS = ("inertial", "visual", "collision", "dynamics", "urdf_elements")
@@ -46,13 +46,13 @@ def frames_of(output: Output) -> str:
 
 
 def elements_of(output: Output) -> Sequence[str]:
-    """Return the elements of links and joints that an output has."""
+    """Return the kinds of elements that an output contains, such as "inertial" and "visual"."""
     elements = output.options.get("elements", ELEMENTS)
     return [*elements, "visual"] if output.options.get("visuals") == FROM_COLLISION else elements
 
 
 def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
-    """Return the joints that an output has, in the order of the description."""
+    """Return the joints that an output contains, in the order of the description."""
     if frames_of(output) == BODIES:
         bodies = links_of(robot, output)
         return tuple(joint for joint in robot.joints if joint.parent in bodies and joint.child in bodies)
@@ -60,7 +60,7 @@ def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
 
 
 def links_of(robot: Robot, output: Output) -> frozenset[str]:
-    """Return the links that an output has, which is the root if it has no joints."""
+    """Return the links that an output contains. If it has no joints, this is only the root link."""
     return _links(robot, frames_of(output))
 
 
@@ -86,7 +86,11 @@ def _links(robot: Robot, frames: str) -> frozenset[str]:
 
 @of_robot
 def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
-    """Return the nearest written (``carried``) ancestor of each link, else the root, and the pose in it at zero."""
+    """Map each link to the link of the URDF that replaces it, and to its pose in that link with joints at zero.
+
+    ``carried`` are the links of the URDF. An omitted link is replaced by its nearest ancestor in the URDF, or by the
+    topmost link if it has none.
+    """
 
     def at_zero(joint: Joint) -> Transform:
         return joint.transform(robot.position(joint, {}) if joint.moves else 0.0)
@@ -107,7 +111,7 @@ def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, T
 
 
 def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
-    """Return the inertials of the written links, including those of links that are not written. Raises ValueError."""
+    """Return the inertials of the links in a URDF (``carried``), merged with omitted links. Raises ValueError."""
     parts: dict[str, list[tuple[Inertial, Transform]]] = {}
     for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
         inertial = robot.link[name].inertial
@@ -119,7 +123,7 @@ def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
 
 @of_robot
 def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, height_maps: str) -> Sequence[Shape]:
-    """Return the solids of a link for a purpose, preceded by those of fixed links that are not written."""
+    """Return the visual or collision shapes of a link, preceded by shapes of fixed links that the URDF omits."""
     moved, own = list[Shape](), list[Shape]()
     visited, waiting = {link}, [(link, Transform())]
     while waiting:
@@ -137,7 +141,7 @@ def _shapes_at(robot: Robot, link: str, carried: frozenset[str], purpose: str, h
 
 
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
-    """Return the collision shapes that a link has in a URDF with the links ``carried``."""
+    """Return the collision shapes of a link in a URDF that contains the links ``carried``."""
     return [_in_version(shape, output) for shape in _collisions(robot, link, carried, output)]
 
 
@@ -147,7 +151,7 @@ def _in_version(shape: Shape, output: Output) -> Shape:
 
 
 def _collisions(robot: Robot, link: str, carried: frozenset[str], output: Output) -> Sequence[Shape]:
-    """Return the collision shapes of a link; a wheel whose rollers are not written gets a cylinder around them."""
+    """Return the collision shapes of a link; a wheel whose rollers are omitted gets a cylinder around them."""
     own = _shapes_at(robot, link, carried, "collision", str(output.options.get("height_maps", ROWS)))
     joint = robot.joint_to.get(link)
     lost = _lost(robot, carried).get(link) if joint is not None and joint.type == "continuous" else None
@@ -179,17 +183,17 @@ def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[
 
 
 class Content:
-    """The contents of a URDF (``view``), and ``diagnostics`` for everything that it lacks."""
+    """The contents of a URDF as a robot (``view``), and ``diagnostics`` about omitted or replaced values."""
 
     def __init__(self, robot: Robot, output: Output) -> None:
         robot = with_visuals(robot) if output.options.get("visuals") == FROM_COLLISION else robot
         self.robot, self.output, self.elements = robot, output, elements_of(output)
         self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
-        self.masses: Mapping[str, Inertial] = {}  # including links that are not written
+        self.masses: Mapping[str, Inertial] = {}  # {link: inertial}, with those of omitted links added
         self.lost: list[Diagnostic] = []
         if "inertial" in self.elements:
             try:
-                # With ``frames: bodies``, a link without an inertial gets zero mass, or simulators would invent one.
+                # With ``frames: bodies``, links without an inertial get zero mass: simulators would assume a mass.
                 invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
@@ -224,7 +228,7 @@ class Content:
         return Link(name, self.masses.get(name), visual, solid, urdf_elements=kept)
 
     def _shape(self, shape: Shape, name: str) -> Shape:
-        """Convert a shape for URDF; ``name`` is for the material that replaces its colour or texture."""
+        """Convert a shape for URDF; ``name`` is the name of a material for its colour or texture."""
         geometry, material = _in_version(shape, self.output).geometry, shape.material
         if isinstance(geometry, Box):
             x, y, z = (size / 2 for size in geometry.size)
@@ -239,7 +243,7 @@ class Content:
         return Shape(geometry, shape.origin(), shape.name, shape.rgba, material, "", texture, urdf_elements=kept)
 
     def _joint(self, joint: Joint) -> Joint:
-        # URDF has no ball joint; a floating joint is similar, and robot_state_publisher ignores it, too.
+        # URDF has no ball joint, so write a floating joint, which robot_state_publisher ignores as well.
         kind = "floating" if joint.type == "ball" else joint.type
         has_axis = not joint.is_fixed and not joint.is_axleless
         axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
@@ -291,7 +295,7 @@ class Content:
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
-    """Group links for the file: each joint with the links that no earlier joint refers to, else the root link alone."""
+    """Return each joint with the links that no earlier joint has; without joints, return only the root link."""
     visited: set[str] = set()
     groups: list[tuple[list[str], Joint | None]] = [] if joints else [([robot.root], None)]
     for joint in joints:
@@ -302,7 +306,7 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate an output of a URDF and return diagnostics."""
+    """Yield diagnostics about missing masses, unstable damping and sections of a URDF output."""
     others = [one for one in case.robot.outputs if one.backend == output.backend]
     has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
@@ -310,7 +314,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f"{output.file} leaves out {count_of(heavy, 'inertial')}, so simulators drop links or invent masses"
         help = 'write a second URDF for simulators, or suppress this note with "accept"'
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
-    # A step dt reduces a speed by a fraction of damping * dt / inertia; above 2, the speed grows with each step. MuJoCo
+    # An explicit time step dt multiplies a speed by 1 - damping * dt / inertia: it grows if this is below -1. MuJoCo
     # and Drake damp implicitly, which is always stable. A URDF has no rotor inertia.
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
     has_damping = case.robot.is_tree and has_inertials and "dynamics" in elements_of(output)
@@ -350,7 +354,7 @@ def _moved_inertia(robot: Robot) -> Mapping[str, float]:
         if not parts or joint is None:
             continue
         try:
-            i = together(parts)  # along the axes of the root
+            i = together(parts)  # in the frame of the root
         except ValueError:  # no mass, which is reported elsewhere
             continue
         below.setdefault(joint.parent, []).append((i, Transform()))
@@ -365,7 +369,7 @@ def _moved_inertia(robot: Robot) -> Mapping[str, float]:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the URDF of a robot. ``FORMAT`` documents the options."""
+    """Return the URDF of a robot, and diagnostics. ``FORMAT`` documents the options."""
     content, number = Content(robot, output), number_format(output.options)
     shown, steps, version = content.view, [], str(output.options.get("version", "1.0"))  # YAML reads 1.2 as a number
     for names, joint in link_groups(shown, shown.joints):
@@ -398,7 +402,6 @@ def _look(rgba: Sequence[float] | None, texture: str, number: NumberFormat) -> s
 
 
 def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
-    """Return a shape for the template: name, origin, geometry, sizes, material, colour and texture, kept elements."""
     shape = solid.geometry
     if isinstance(shape, Box):
         sizes = {"size": numbers(shape.size, number)}
@@ -416,7 +419,6 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
 
 
 def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:
-    """Return a joint for the template: names, links, origin, its elements with attributes, kept elements."""
     inner: list[tuple[str, Markup]] = []
     if not joint.is_fixed and not joint.is_axleless:
         inner.append(("axis", attributes(xyz=vector(joint.axis, number))))

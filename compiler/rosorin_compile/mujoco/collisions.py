@@ -27,8 +27,8 @@ FAR = 0.02  # m: for links farther apart, the matrix contains this lower bound (
 TOUCH = 1e-6  # m: tolerance, because rounding can separate faces that coincide
 _ROUND, _MOST_ROUNDS = 200, 50  # random states per round, and the maximum number of rounds
 _BLOCK = 1000  # number of states held in memory at once
-_NEAREST, _STARTS = 24, 3  # per pair of links: states with a measured distance, starts of the search
-_FIRST_STEP, _HALVINGS = 0.1, 8  # initial step relative to the joint range, number of times it is halved
+_NEAREST, _STARTS = 24, 3  # per pair of links: number of states to measure, and to start a search from
+_FIRST_STEP, _HALVINGS = 0.1, 8  # of the search: first step as a share of the joint range, number of halvings
 _BATCH = 8  # number of candidate steps measured at once
 _FARTHEST = 10.0  # m: maximum distance to measure, larger than a robot
 _MESH_STATES = 5  # maximum number of states in which to test two meshes whose convex hulls touch
@@ -247,7 +247,6 @@ class Search(Bodies):
                 yield state, touching
 
     def _nearest_states(self, pairs: Sequence[Pair]) -> dict[Pair, list[State]]:
-        """Return, for each pair, the random states with the smallest gaps between its bounding spheres, in order."""
         import numpy as np
 
         geoms = [list(product(self.geoms[first], self.geoms[second])) for first, second in pairs]
@@ -268,7 +267,7 @@ class Search(Bodies):
         return {pair: [states[number] for number in numbers[:, index]] for index, pair in enumerate(pairs)}
 
     def approach(self, pair: Pair, joints: Sequence[str], states: Sequence[State]) -> float:
-        """Minimize the distance (m) of two links with a pattern search over ``joints`` that starts from ``states``."""
+        """Return the smallest distance (m) of two links that a pattern search over ``joints`` finds from ``states``."""
         chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - one seed per pair, for reproducible results
         measured = zip(self.distances(pair, states, _FARTHEST), states, strict=True)
         low, high = ({name: ends[which] for name, ends in self.bounds.items()} for which in (0, 1))

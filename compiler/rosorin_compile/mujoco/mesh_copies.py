@@ -32,9 +32,9 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
 def copy_meshes(searched: SearchResult, outputs: Path) -> SearchResult:
-    """Read the meshes and textures of the MJCF, convert those that MuJoCo cannot load, and report unusable files."""
+    """Return ``searched`` with the contents of all meshes and textures, converted for MuJoCo, and with diagnostics."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
-    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # files by (rule, reason, help, kind)
+    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # unusable files by (rule, reason, help, kind)
     found = [one for one in searched.found if one.named.kind != OF_MESH]
     for number, one in enumerate(found):
         Progress.step("reading meshes", number, len(found))

@@ -31,7 +31,7 @@ from rosorin_compile.source.wording import count_of, phrase
 from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
-# Required modules, with the requirement to install them with pip.
+# Required modules, and the package to install with pip for each of them.
 _NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}
 _LONGEST, _SHORTEST = 20.0, 1e-3  # m: plausible lengths of a link
 _TIMES = 200.0  # largest plausible length relative to the other links; a mesh in millimetres is 1,000 times too long
@@ -43,7 +43,7 @@ _APART = 0.25  # largest gap between the bounding boxes of collision shapes and 
 _MOST_INSIDE = 0.9  # share of the volume of a link that must be inside another link to count as enclosed
 _CORNER = 0.2  # share of the volume of a link; smaller overlaps of adjacent links are normal
 _SHOWN = 5  # maximum number of names in a note
-_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # revolute: rad, maximum; prismatic: number
+_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # step (rad), maximum number; number for prismatic joints
 _MOST_STATES = 20_000  # maximum number of states for all joints; above it, steps become larger
 _GROWTH = 0.3  # for a warning, share of the volume of the moved link that enters the adjacent link
 _BLOCKED = 0.25  # share of the joint range in collision; if it is smaller, probably just a limit is too wide

@@ -151,7 +151,7 @@ class World:
             self.targets[joint] = position
 
     def turn(self, joint: str, speed: float, seconds: float) -> None:
-        """Command the speed (rad/s) of a wheel; for a position servo, move the target ahead by ``seconds``."""
+        """Command the speed (rad/s) of a wheel; for a position servo, advance the target by ``seconds`` of motion."""
         if servo := self.servos.get((joint, VELOCITY)):
             self.data.ctrl[servo.number] = servo.control(speed * servo.gear)
         elif joint in self.targets:
@@ -378,7 +378,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return joints without an actuator, except casters and rollers; () if an actuator drives no joint."""
+    """Return joints without an actuator, except casters and rollers; () if an actuator drives another object."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
     idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]

@@ -231,7 +231,6 @@ def _judge(case: Case, result: Simulation) -> Iterator[Diagnostic]:
 
 
 def _twist(twist: Sequence[float]) -> str:
-    """Format the nonzero components of a velocity, for example as "0.3 m/s forward"."""
     words = ("m/s forward", "m/s to the left", "rad/s")
     parts = [f"{value:.2g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > _LEAST]
     return ", ".join(parts) or "rest"

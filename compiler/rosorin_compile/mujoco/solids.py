@@ -222,7 +222,7 @@ class Bodies:
     def overlaps(self, states: Sequence[Positions], farthest: float = -_LEAST) -> Iterator[dict[Pair, Overlap]]:
         """Move all bodies to each state, and yield the pairs of links that overlap, in the order of the bodies.
 
-        Pairs count if their distance (m, negative inside) is at most ``farthest``. All states must have the same joints.
+        Pairs count if their distance (m, negative inside) is up to ``farthest``. All states must have the same joints.
         """
         for row in self.rows(states):
             overlaps: dict[Pair, Overlap] = {}
@@ -240,7 +240,7 @@ class Bodies:
         return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
-        """Return True if points on or in a solid are inside the mesh of the other solid, not only inside its hull."""
+        """Return True if two solids touch, and not only their hulls, by testing points of each in the other's mesh."""
         import numpy as np
 
         if all(solid.mesh is None for solid in solids):

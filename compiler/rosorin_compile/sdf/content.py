@@ -81,7 +81,7 @@ class Content(NamedTuple):
     weightless: tuple[str, ...]  # moving links without mass, which get ``LEAST``
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
-        """Yield links in order, but frames after the link or frame that they are attached to, for Drake 1.51."""
+        """Yield links in order, but frames after the link or frame that they are attached to (Drake 1.51 needs it)."""
         out: set[str] = set()
         for name in links:
             waiting = [name] if name in self.carrier else []
@@ -91,7 +91,7 @@ class Content(NamedTuple):
             out.update(waiting)
 
     def has_joint(self, joint: Joint) -> bool:
-        """Return True if the SDF has a <joint> for a joint, and not an attached frame or a free link."""
+        """Return True if the SDF has a <joint> for a joint, instead of an attached frame or a free link."""
         merged = joint.parent == self.attached.get(joint.child) or joint.child == self.attached.get(joint.parent)
         return not merged and joint.type not in FREE
 
@@ -225,7 +225,7 @@ class KeptElements(NamedTuple):
 
 
 def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> KeptElements:
-    """Sort elements kept as XML by the element that contains them in the SDF; ``joints`` are those in the SDF."""
+    """Assign elements kept as XML to the model, links and joints of the SDF; ``carrier`` is that of ``Content``."""
     found = KeptElements([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
     blocks = list(_elements(robot.urdf_elements, "gazebo"))
@@ -286,7 +286,7 @@ def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
     for text in (text for text in texts if f"<{tag}" in text):
         try:
             document = parse(Source("", f"<all>{text}</all>"))
-        except MarkupError:  # only if too large, because rules check the syntax
+        except MarkupError:  # only if the text is too large; rules check the syntax
             continue
         yield from (block for block in document.root.children if block.tag == tag)
 

@@ -43,7 +43,7 @@ _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, empty if it is computed."""
+    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, if it is not computed."""
 
     transform: Transform
     xyz: Sequence[SourceValue] = ()

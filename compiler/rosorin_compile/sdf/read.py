@@ -78,7 +78,7 @@ class _Robot:
         self.holder: dict[str, Any] = {"urdf_elements": []}  # elements kept as XML for the robot
         self.constraints: dict[str, SourceValue] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
-        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # type of joints from the world
+        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joint type of unconnected parts
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links

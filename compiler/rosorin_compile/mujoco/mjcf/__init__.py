@@ -40,7 +40,7 @@ FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 def _asked(tree: Map, version: str, name: str) -> OutputEntry:  # noqa: ARG001
-    options = (tree.get("outputs") or {}).get("mjcf") or {}  # found in the imported MJCF, such as a free base
+    options = (tree.get("outputs") or {}).get("mjcf") or {}  # options in the imported MJCF, such as a free base
     usual = {"integrator": "Euler"}  # the default of MuJoCo, also for a URDF
     option = {} if "drives" in options else {"option": options.get("option", usual)}
     return OutputEntry({"file": "", **options, **option} | {"file": f"{name}.xml"})

@@ -46,7 +46,7 @@ VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 
 def body_name(robot: model.Robot, link: str) -> str:
-    """Return the name of a link, changed if MuJoCo reserves it, as the name of its MuJoCo body."""
+    """Return the name of the MuJoCo body of a link: the name of the link, or a variant if MuJoCo reserves it."""
     if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
@@ -86,7 +86,7 @@ def is_free(robot: model.Robot, joint: model.Joint) -> bool:
 
 @of_robot
 def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
-    """Return the links connected by fixed joints, as lists in tree order, by the topmost link of each group."""
+    """Group the links that are fixed to each other: lists in tree order, by the name of the topmost link."""
     top, groups = dict[str, str](), dict[str, list[str]]()
     for name in (link.name for link in robot.walk()):
         joint = robot.joint_to.get(name)
@@ -276,8 +276,8 @@ def reach(
 ) -> tuple[Bounds | None, int]:
     """Return (bounding box in m, number of meshes of unknown size, which the box omits) of a robot.
 
-    The joints are at ``positions`` (rad or m), the root link at ``at``; ``purpose`` is "visual" or "collision". The box
-    is None if no shape has a known size.
+    The joints are at ``positions`` (rad or m), the root link at ``at``. ``purpose`` is "visual" or "collision", and
+    ``clouds`` returns the vertices of a mesh. The box is None if no shape has a known size.
     """
     boxes, unknown, root = list[Bounds](), 0, at.transform()
     places = [(name, root.then(place)) for name, place in robot.poses_in_root(dict(positions)).items()]

@@ -69,14 +69,14 @@ _SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # number of sizes that MuJoCo use
 _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
 _NO_MASS = 1e-12  # kg: the mass that the export writes for massless bodies, because MuJoCo requires one
-_NUMBER, _RELATIVE = 1e-12, 1e-9  # absolute and relative tolerance, because MuJoCo converts numbers
+_NUMBER, _RELATIVE = 1e-12, 1e-9  # absolute and relative tolerance for numbers that MuJoCo converts
 _POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
 _VERTEX = 1e-5  # tolerance relative to the size of a mesh
 _SHOWN = 20  # maximum number of values in a message
 
 STATES = 20
 TOLERANCE = 1e-6  # for positions (m), elements of rotation matrices, and relative accelerations
-# Differences that do not affect motion, as "KIND FIELD".
+# Pattern of the differences ("KIND FIELD") that do not affect motion.
 _STILL = re.compile(r"(camera|numeric|text|tuple|sensor|key) .*|site (type|size)|\w+ (name|user|nuserdata)")
 _SCENE = ("geom", "mesh", "hfield", "site")
 
@@ -234,7 +234,7 @@ class Comparison:
                 getattr(self.mujoco, step)(model.mj, model.data)
 
     def _match(self, kind: str) -> None:
-        """Match objects by name, all others to the nearest object with the same signature."""
+        """Match the objects of a kind by name, else by signature and distance."""
         source, ours = self.source, self.ours
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
         found = self.maps[kind] = {0: 0} if kind == "body" else {}
@@ -318,8 +318,8 @@ class Comparison:
             models = ((source.mj, one), (ours.mj, other))
             has_effect = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
         elif _OF_CONTACTS.fullmatch(array):
-            has_effect = source.collides(one)  # unused for <pair>, which has its own values
-        elif array in ("site_type", "site_size"):  # no effect on the sites that the export adds
+            has_effect = source.collides(one)  # a geom that cannot collide does not use them
+        elif array in ("site_type", "site_size"):  # unused in the sites that the export adds
             has_effect = ours.names["site"][other] not in ours.names["body"]
         else:  # MuJoCo computes length ranges by simulation, so compare them with a larger tolerance
             has_effect = array != "actuator_lengthrange" or not np.allclose(theirs, own, _SIMULATED, _SIMULATED)
@@ -332,7 +332,7 @@ class Comparison:
             self.values(kind, one, field, theirs, own)
 
     def _frames(self) -> None:
-        """Compare all poses at qpos0 and at random positions, except below a body with a different pose."""
+        """Compare all poses at qpos0 and at random positions, except below a body whose pose already differs."""
         moved, reported = set[int](), {("body", 0)}
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)

@@ -5,11 +5,11 @@ That is too much: a camera fixed to the wrist can collide with the gripper. ``<p
 Therefore, for each joint,
 
 - the two links that it connects are excluded, because a simulation would push overlapping links apart; so are links
-  that touch at zero, in each named pose and over the range of the joint, and links with meshes, which are not read;
+  that touch at zero, in each named pose and over the range of the joint, and links with meshes (not read here);
 - for all other links, each pair of shapes that the joint can bring into contact is written, without friction.
 
 Links that cannot collide because of their contact bits (``Masks``) need neither. The result is the same for a fixed
-and a free base, because a robot can be attached to another one. Distances of convex shapes are computed with GJK
+and a free base, because a robot can be attached to another robot. Distances of convex shapes are computed with GJK
 (E. Gilbert, D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in
 three-dimensional space", 1988).
 
@@ -48,7 +48,7 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Solid:
-    """A convex shape with its bounding sphere (m). A sphere is a point, a capsule a line with the radius ``margin``."""
+    """A convex shape with its bounding sphere (m). A sphere is a point, a capsule a line, with radius ``margin``."""
 
     def __init__(self, shape: Shape, ball: Ball) -> None:
         self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()

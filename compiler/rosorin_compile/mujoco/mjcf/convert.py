@@ -56,7 +56,7 @@ def map_entry(values: Mapping[str, Any], element: Element) -> Map:
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
-    """Set a key to a number, at the source position of item ``at`` of the attribute if that has the same value."""
+    """Set a key to a number, at the position of item ``at`` in the attribute if equal, else of the element."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
     entry.put(key, plain(value), element.span, word[0].span if word and _equals(word[0].text, value) else element.span)
@@ -236,7 +236,7 @@ def tidy_vector(values: Iterable[float]) -> Vector:
 
 
 def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:
-    """Return the transform with a position (m) and a quaternion (w, x, y, z) of any length, None for no rotation."""
+    """Convert a position (m) and a quaternion (w, x, y, z) of any length, or None, to a transform."""
     x, y, z = pos
     return Transform(xyz=(x, y, z)) if quat is None else Transform.of_quaternion((x, y, z), quat)
 
@@ -253,7 +253,7 @@ def rpy_of(rows: Rows) -> Vector:
 
 
 def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
-    """Return ixx to iyz (kg*m^2) for principal moments and the rotation from the link axes to the principal axes."""
+    """Convert principal moments and the rotation of their axes to ixx ... iyz (kg*m^2) along the link axes."""
     xx, yy, zz = diagonal
     moments = along_link((xx, yy, zz, 0.0, 0.0, 0.0), Transform(rows))
     most = ROUNDING * max(map(abs, diagonal))

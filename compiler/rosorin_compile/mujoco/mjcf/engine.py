@@ -67,7 +67,7 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
             spec = _spec(mujoco, path, here)
             _resolve_files(spec)
             unnamed = (thing for kind in (*HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
-            for number, thing in enumerate(one for one in unnamed if not one.name):  # needed to find the elements later
+            for number, thing in enumerate(one for one in unnamed if not one.name):  # temporary, to find elements
                 thing.name = f"{_NO_NAME}{number}"
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # MuJoCo raises several types of errors
@@ -138,7 +138,6 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Parse an MJCF with any file extension; ``here`` is the current working directory."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:

@@ -170,7 +170,7 @@ class Places:
 
 
 def check_source(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield an error for input that would harm MuJoCo: infinite or NaN numbers, and files that are pipes or devices."""
+    """Yield an error for infinite or NaN numbers and for pipes and devices, which MuJoCo must not load."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
@@ -234,8 +234,8 @@ class ImportState:
         self.material_of, self.actuator_of, self.servos = dict[int, str](), dict[int, str](), dict[int, int]()
         self.in_order = True  # False if the export would reorder the actuators
         self.sensor_order: list[str] = []  # names in the order of the file if the export would change it
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # (joint, value, position) by "range" etc.
-        self.scene: list[tuple[str, Span]] = []  # (tag, position) of world objects that are not imported
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # placeholder limits (joint, value, source span)
+        self.scene: list[tuple[str, Span]] = []  # (tag, span) of world objects that are not imported
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
         self.of_scene: set[tuple[str, str]] = set()  # (kind, name) of scene objects and assets that are kept as XML
@@ -293,7 +293,7 @@ class ImportState:
     def put_words(
         self, entry: Map, attributes: Attributes, kind: str, element: Element, what: str, words: Words = None
     ) -> None:
-        """Set keys of an entry from attributes; report attributes without a key as properties of ``what``."""
+        """Set keys of an entry from attributes, and report the attributes of ``what`` that have no key."""
         for name in convert.put_words(entry, attributes, kind, element, words):
             self.report_lost(f'"{name}" of {what}', element.span)
 

@@ -23,7 +23,7 @@ from .write import base_name
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-Entries = Mapping[str, Mapping[str, Any]]  # attributes by name of the element
+Entries = Mapping[str, Mapping[str, Any]]  # by element name: attributes and their values
 
 _FREE = 7
 TOP = "the world of MuJoCo"  # the parent of the root
@@ -82,7 +82,7 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     effort = joint.limit.known_value("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
-        effort = None  # the MJCF has another attribute or an actuator with this limit
+        effort = None  # this limit is in another attribute or in an actuator
     limit, mimic = model.Limit(lower, upper, effort), joint.mimic
     if mimic is not None and not robot.joint[mimic.joint].moves:  # a leader that never moves is written as a constant
         mimic = Mimic("", 0.0, mimic.offset)

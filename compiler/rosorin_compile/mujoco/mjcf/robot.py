@@ -183,7 +183,7 @@ def _add_poses(state: ImportState) -> None:
 
 
 def _is_beyond(state: ImportState, qpos: list[float], at: Mapping[str, float]) -> bool:
-    """Return True if a pose needs ``qpos``: a mimic joint deviates, or a ball or floating joint has moved."""
+    """Return True if a pose needs the key ``qpos``: a mimic joint deviates, or a ball or floating joint has moved."""
     zero, floating = state.facts["qpos0"], (BALL,) if state.free_base else (BALL, FREE)
     loose = [(one["qposadr"], _SIZES[one["type"]]) for one in state.facts["joints"] if one["type"] in floating]
     if any(abs(qpos[i] - zero[i]) > _NEAR for start, size in loose for i in range(start, start + size)):
@@ -391,7 +391,7 @@ def add_contacts(state: ImportState) -> None:
 
 
 def _filtered(state: ImportState, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element, str]]:
-    """Yield links that MuJoCo's parent filter keeps from colliding in the source, but not after the import.
+    """Yield pairs of links that MuJoCo's parent filter keeps from colliding in the source, but not after the import.
 
     MuJoCo filters contacts between welded bodies and their parent group, unless that is the world. For a body with
     several joints, the import adds massless links, so the groups are no longer adjacent.

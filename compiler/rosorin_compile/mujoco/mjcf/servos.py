@@ -73,7 +73,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the control range of an actuator, or None if unlimited; of a servo in rad or m, or rad/s or m/s."""
+    """Return the control range of an actuator (of servos in rad, m, rad/s or m/s), or None if it is unlimited."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None

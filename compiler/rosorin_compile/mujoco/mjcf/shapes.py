@@ -77,7 +77,6 @@ def add_shapes(state: ImportState) -> None:
 
 
 def _put_more(state: ImportState, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
-    """Set MuJoCo attributes of a shape; those of a geom that becomes two shapes are set on only one of them."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
@@ -100,7 +99,7 @@ def _colour(thing: Thing) -> list[float]:
 
 
 def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
-    """Return a geom as a node without mass; the pose of a mesh is that of its file, not MuJoCo's principal axes."""
+    """Return a geom as a node to keep as XML, without mass; a mesh has the pose of the frame of its file."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):

@@ -131,7 +131,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
 
 
-# Smallest mass (kg) and principal moment (kg*m^2) of a moving body in MuJoCo 4.0.0; the moment if fullinertia is used.
+# Minima of MuJoCo 4.0.0: mass (kg) and moments (kg*m^2) of a moving body, principal moments of a fullinertia.
 LEAST = 1e-15
 LEAST_EIGENVALUE = 1e-14
 
@@ -159,7 +159,7 @@ def _moves(robot: Robot, names: Sequence[str]) -> bool:
 
 @of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
-    """Return the massless links between joints, which get a minimal mass because MuJoCo rejects moving bodies without.
+    """Return the massless links between joints. They get a minimal mass, because MuJoCo rejects moving massless bodies.
 
     The import adds such links to bodies with several joints. The minimal mass does not change the motion of links that
     are some 10^12 times heavier. ``free`` is true if the base has a free joint.

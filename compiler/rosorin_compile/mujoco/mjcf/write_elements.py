@@ -66,8 +66,8 @@ class Class(NamedTuple):
 class _Shared(NamedTuple):
     tag: str
     values: Texts
-    members: Sequence[int]
-    words: str
+    members: Sequence[int]  # indices of the elements
+    words: str  # common words of the names of their joints
 
 
 class Classes:
@@ -97,7 +97,7 @@ class Classes:
         return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the root class, with child classes for the purposes ``used``; ``groups`` are geom groups by purpose."""
+        """Return the root class and its child classes for the purposes ``used``; ``groups`` maps purposes to groups."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)

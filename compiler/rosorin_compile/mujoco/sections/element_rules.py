@@ -56,7 +56,6 @@ def _free_joint(robot: Robot) -> str:
 
 
 def _named(case: Case) -> Iterator[NameUse]:
-    """Yield all names in the MJCF, except those of joints, bodies and shapes."""
     robot = case.robot
     for link in robot.links:
         yield NameUse(SITE, link.name, case.link(link.name), derived=True)

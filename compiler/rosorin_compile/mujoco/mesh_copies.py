@@ -102,7 +102,7 @@ def _is_flat(points: list[Vector]) -> bool:
 
 
 def _copies(found: FoundFile, outputs: Path) -> tuple[dict[str, bytes], bool]:
-    """Return (contents by path of the copy, True if a copy was converted now). Raises UnreadableMesh."""
+    """Return (contents by path of each copy, True if a copy had to be converted). Raises UnreadableMesh."""
     try:
         if found.file.stat().st_size > MAX_BYTES:
             raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")

@@ -211,7 +211,7 @@ class Bodies:
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def contacts(self, row: Floats, farthest: float) -> Iterator[tuple[Solid, Solid, float]]:
-        """Move all bodies; yield contacts up to ``farthest`` as (solid, solid, distance in m, negative if inside)."""
+        """Move all bodies; yield (solid, solid, distance in m, negative inside) for distances up to ``farthest``."""
         self.put(row)
         self.mujoco.mj_collision(self.model, self.data)
         contact = self.data.contact

@@ -254,7 +254,7 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
 
 
 def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:
-    """Convert Gazebo classic values of a link to elements of a <collision>, without tags in ``present``."""
+    """Convert Gazebo classic values of a link to elements of a <collision>, except for tags in ``present``."""
     made, parts = list[str](), dict[str, str]()
     for word, (name, part, _) in OF_COLLISIONS.items():
         text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""

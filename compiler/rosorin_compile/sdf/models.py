@@ -203,7 +203,7 @@ class SdfReader(XmlReader):
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
-        """Return the children whose tags are not in ``read``, and report misspelled tags."""
+        """Return the child elements with tags not in ``read``; report misspelled tags and unknown attributes."""
         known = {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)

@@ -19,7 +19,7 @@ import numpy as np
 _KINDS = "body joint mesh hfield geom site camera pair flex tendon equality actuator sensor numeric text tuple key"
 KINDS = {kind: kind for kind in _KINDS.split()} | {"joint": "jnt", "camera": "cam", "equality": "eq"}
 _KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
-# Arrays with a slice per object: array length, kind of object, fields with the start and the size of the slice.
+# Arrays with a slice for each object: length of the array, kind of object, fields with start and size of the slice.
 _PIECE_TABLE = """nq joint jnt_qposadr
 nv joint jnt_dofadr
 nmocap body body_mocapid
@@ -125,7 +125,7 @@ class Model:
             kinds.append(_KIND_OF_TYPE.get(word, word if word in KINDS else ""))
         if by == "eq_type" and not kinds[0]:  # eq_objtype has the kind of both objects
             kinds = [self.mujoco.mjtObj(int(self.mj.eq_objtype[index])).name.rpartition("_")[2].lower()]
-        if field == "wrap_prm":  # here, a geom that a tendon wraps around has the id of its side site
+        if field == "wrap_prm":  # a geom that a tendon wraps around stores the id of its side site here
             kinds = ["site" if kind == "geom" else "" for kind in kinds]
         return list(zip(kinds, numbers, strict=True))
 
@@ -395,10 +395,10 @@ class Comparison:
         return all(one in lost or _STILL.fullmatch(f"{one.kind} {one.field}") for one in self.differences)
 
     def motion(self) -> tuple[float, str]:
-        """Simulate one step from random states and compare the motion of both models.
+        """Compute poses and accelerations of both models in random states, and compare them.
 
-        Return (largest error, name of its object), where an error is a difference of poses (m, or element of a rotation
-        matrix) or a difference of joint accelerations relative to the largest acceleration.
+        Return (largest error, name of the object). Errors of poses are in m or elements of a rotation matrix, errors of joint
+        accelerations are relative to the largest acceleration.
         """
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
         chance, found = np.random.default_rng(1), [(0.0, "")]

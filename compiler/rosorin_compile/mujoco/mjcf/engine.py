@@ -60,7 +60,7 @@ def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
 
 
 def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
-    """Compile an MJCF; return the model as JSON, or MuJoCo's error message as ``refused``, and ``warnings``."""
+    """Compile an MJCF; return the model as a dict, or a dict with an error message (``refused``); add ``warnings``."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:

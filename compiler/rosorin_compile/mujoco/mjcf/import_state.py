@@ -276,7 +276,7 @@ class ImportState:
         return self.renamed.get(kind, {}).get(name) or convert.legal(name)
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
-        """Keep a node as XML in a link or at the top level; ``tag`` describes it in a message."""
+        """Keep a node as XML in a link or at the top level of the description; ``tag`` describes it in a message."""
         self.elements.append((node, tag, span, link))
 
     def keep_in_section(self, section: str, node: Node, tag: str, span: Span) -> None:

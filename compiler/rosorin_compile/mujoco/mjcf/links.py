@@ -36,7 +36,7 @@ _EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # replace missing limits (N*
 _SAME = 1e-9  # relative tolerance for inertias, because MuJoCo diagonalizes them
 _UNFELT = 1e6  # added massless links do not affect a body with an inertia that is larger by this factor
 _POSED = ("name", "pos", "quat")
-# Keys of a link with the MJCF tag of their entries, and the name of the entry's definition in the schema.
+# For each of these keys of a link: MJCF tag of the entries, name of their definition in the schema.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
 # Joint attributes that are not copied from the XML, because they come from the compiled model or the joint type.
 _READ = {"name", "type", "pos", "axis", "range", "limited", "ref", "springref"}
@@ -278,7 +278,7 @@ def _put_details(state: ImportState, which: int, entry: Map, element: Element, r
     if drive.entry is not None:
         convert.put_value(entry, "actuator", drive.entry)
     low, high = joint["actfrcrange"]
-    # An effort limit cannot express an asymmetric force range, or one that repeats the range of the actuator.
+    # Keep a range that is asymmetric, or that the export would omit because the actuator has the same limit.
     is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
     if joint["actfrclimited"] and (low != -high or is_repeated):
         rest["actuatorfrcrange"] = f"{low!r} {high!r}"

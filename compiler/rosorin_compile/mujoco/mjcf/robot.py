@@ -36,7 +36,7 @@ _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anch
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
 _EQ_JOINT = 2  # mjEQ_JOINT
-_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for the values after those in STIFF
+_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for further numbers after those in STIFF
 _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between them"
 
 
@@ -362,7 +362,7 @@ def _add_constraint(
 
 
 def add_contacts(state: ImportState) -> None:
-    """Import pairs of links that MuJoCo keeps from colliding; keep <pair> elements as XML."""
+    """Import the pairs of links that cannot collide in MuJoCo, and keep <pair> elements as XML."""
     nodes, root = state.facts["elements"]["pairs"], state.markup.root
     excludes = state.markup.section_elements("contact", "exclude")
     written = {frozenset((element.get("body1"), element.get("body2"))): element for element in excludes}
@@ -415,7 +415,7 @@ def _filtered(state: ImportState, excluded: set[frozenset[str]]) -> Iterator[tup
 
 
 def add_kept(state: ImportState) -> None:
-    """Add all elements kept as XML, and the objects that they refer to, to links or the top level; report them."""
+    """Add all elements kept as XML to links or the top level, with the objects that they refer to, and report them."""
     for node in state.facts["elements"]["whole"]:
         state.keep(node, node["tag"], state.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}

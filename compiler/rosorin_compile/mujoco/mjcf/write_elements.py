@@ -120,7 +120,7 @@ class Classes:
         return Class(self.outer, (), made)
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield elements that can share a class, in smaller groups if these save more or have distinct names."""
+        """Yield groups of elements that can share a class, split if that saves more or gives clearer names."""
         for members in self._alike(range(len(self._elements)), ("axis", "range", "ctrlrange", "forcerange")):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
@@ -144,7 +144,7 @@ class Classes:
         return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
-        """Return the class of the joints that these actuators drive, to add their attributes to it, or ""."""
+        """Return the name of the class that all joints of these actuators share, or "" if there is none."""
         joints = {self._elements[place].joint for place in shared.members}
         for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
             if first.tag == "joint" and not more and joints <= {self._elements[place].joint for place in first.members}:

@@ -91,7 +91,7 @@ _LACKING = {"position": "kp", "velocity": "kv", "damper": "kv", "intvelocity": "
 
 
 class Driver(NamedTuple):
-    """An actuator with its name in messages, its path, and the joint whose entry contains it, or None."""
+    """An actuator, its name in messages, its path in the description, and the joint whose entry has it, or None."""
 
     actuator: Actuator
     called: str

@@ -68,7 +68,7 @@ class World:
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile an MJCF with paths relative to ``folder`` and file contents ``meshes``. Raises ValueError if it fails."""
+        """Compile an MJCF with paths relative to ``folder``; ``meshes`` has file contents by name. Raises ValueError."""
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
         self.steps, self.cpu, self.broken, self.targets = 0, 0.0, "", dict[str, float]()

@@ -171,7 +171,7 @@ class SdfReader(XmlReader):
         return found[0] if found else None
 
     def limit(self, element: Element | None, tag: str, unit: str) -> SourceValue | None:
-        """Parse a limit of a joint; return None if it is missing or infinite, or after reporting an invalid number."""
+        """Parse the child ``tag`` of a <limit>; return None if it is missing or infinite, or after reporting an error."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
         return found if found is not None and abs(found.value) < UNLIMITED else None
@@ -352,7 +352,7 @@ class SdfReader(XmlReader):
             self._add_model(scope, Scope(model, file, version, scope, name, element))
 
     def require(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
-        """Resolve a name, or report an error and return None if it does not exist."""
+        """Resolve a name, or report that ``what`` refers to an unknown name and return None."""
         node = self.canonical(scope) if name == OWN else scope.find(name)
         if node is None:
             help = Suggestion(name, [*scope.nodes], none="the model has nothing with a name")

@@ -261,7 +261,8 @@ def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -
     """Return the pose in the world of the root link of a robot with a free base.
 
     It is the base pose in ``pose``, else the root pose in the description. By default, the robot is upright with its
-    lowest collision shape at z = 0, or at the origin if the size of a mesh is unknown.
+    lowest collision shape at z = 0, or at the origin if the size of a mesh is unknown. ``clouds`` returns the vertices
+    of a mesh.
     """
     if pose.base is not None:
         return pose.base

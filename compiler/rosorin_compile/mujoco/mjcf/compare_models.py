@@ -397,8 +397,8 @@ class Comparison:
     def motion(self) -> tuple[float, str]:
         """Compute poses and accelerations of both models in random states, and compare them.
 
-        Return (largest error, name of the object). Errors of poses are in m or elements of a rotation matrix, errors of joint
-        accelerations are relative to the largest acceleration.
+        Return (largest error, name of the object). Errors of poses are in m or elements of a rotation matrix, errors of
+        joint accelerations are relative to the largest acceleration.
         """
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
         chance, found = np.random.default_rng(1), [(0.0, "")]

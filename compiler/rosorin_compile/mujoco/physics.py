@@ -193,7 +193,7 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
 
 
 class State(NamedTuple):
-    """A pose, or zero with the name "": its joint positions (rad or m), and the links that overlap in it."""
+    """A pose (named "" if it is zero), its joint positions (rad or m), and the links that overlap in it."""
 
     name: str
     positions: Positions

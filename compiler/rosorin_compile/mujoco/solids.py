@@ -240,7 +240,7 @@ class Bodies:
         return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
-        """Return True if two solids touch, and not only their hulls, by testing points of each in the other's mesh."""
+        """Return True if two solids touch, not only their hulls, because points of one are inside the other mesh."""
         import numpy as np
 
         if all(solid.mesh is None for solid in solids):

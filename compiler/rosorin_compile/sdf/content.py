@@ -81,7 +81,7 @@ class Content(NamedTuple):
     weightless: tuple[str, ...]  # moving links without mass, which get ``LEAST``
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
-        """Yield links in order, but frames after the link or frame that they are attached to (Drake 1.51 needs it)."""
+        """Yield links in order, but each frame after the link or frame it is attached to, as Drake 1.51 requires."""
         out: set[str] = set()
         for name in links:
             waiting = [name] if name in self.carrier else []

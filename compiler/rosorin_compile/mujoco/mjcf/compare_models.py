@@ -68,7 +68,7 @@ _MESH, _SDF = 7, 8  # mjtGeom
 _SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # number of sizes that MuJoCo uses, by mjtGeom
 _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
-_NO_MASS = 1e-12  # kg: the mass that the export writes for massless bodies, because MuJoCo requires one
+_NO_MASS = 1e-12  # kg: a body with a smaller mass counts as massless, because MuJoCo requires a mass
 _NUMBER, _RELATIVE = 1e-12, 1e-9  # absolute and relative tolerance for numbers that MuJoCo converts
 _POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
 _VERTEX = 1e-5  # tolerance relative to the size of a mesh
@@ -318,8 +318,8 @@ class Comparison:
             models = ((source.mj, one), (ours.mj, other))
             has_effect = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
         elif _OF_CONTACTS.fullmatch(array):
-            has_effect = source.collides(one)  # a geom that cannot collide does not use them
-        elif array in ("site_type", "site_size"):  # unused in the sites that the export adds
+            has_effect = source.collides(one)  # no effect on a geom that cannot collide
+        elif array in ("site_type", "site_size"):  # no effect on the sites that the export adds
             has_effect = ours.names["site"][other] not in ours.names["body"]
         else:  # MuJoCo computes length ranges by simulation, so compare them with a larger tolerance
             has_effect = array != "actuator_lengthrange" or not np.allclose(theirs, own, _SIMULATED, _SIMULATED)

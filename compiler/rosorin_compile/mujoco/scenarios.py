@@ -68,7 +68,7 @@ class World:
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile an MJCF with paths relative to ``folder`` and file contents by name (``meshes``). Raises ValueError."""
+        """Compile an MJCF with paths relative to ``folder``; ``meshes`` has contents by name. Raises ValueError."""
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
         self.steps, self.cpu, self.broken, self.targets = 0, 0.0, "", dict[str, float]()
@@ -363,7 +363,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
-    """Return (joint, range to move it over) for joints with a servo, except wheels; without limits, home +- ``_TURN``."""
+    """Return (joint, ends of its motion) for joints with a servo, except wheels; without limits, home +- ``_TURN``."""
     found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     home = home_of(world.robot).positions
     for joint in (joint for joint in world.joints if joint.name not in wheels):

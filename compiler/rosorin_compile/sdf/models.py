@@ -171,7 +171,7 @@ class SdfReader(XmlReader):
         return found[0] if found else None
 
     def limit(self, element: Element | None, tag: str, unit: str) -> SourceValue | None:
-        """Parse the child ``tag`` of a <limit>; return None if it is missing, infinite or (after an error) invalid."""
+        """Parse a child of a <limit>; return None if it is missing or infinite, or after reporting an error."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
         return found if found is not None and abs(found.value) < UNLIMITED else None

@@ -67,7 +67,7 @@ def is_textured(robot: Robot, texture: str) -> bool:
 
 
 def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
-    """Yield an error for each reference to a geom that ``left_out`` contains: omitted geoms with their links."""
+    """Yield an error for each reference in an MJCF to an omitted geom; ``left_out`` maps omitted geoms to links."""
     from html import unescape  # faster than xml.sax.saxutils, which imports http
 
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():

@@ -1,5 +1,5 @@
-"""Export to MuJoCo, and checks that run in MuJoCo.
+"""Export robots to MuJoCo, and run checks in MuJoCo.
 
-Formats: ``mjcf`` and ``scene``. ``simulation`` simulates poses, driving and joints. ``physics`` finds implausible
-masses and sizes, and overlapping links. ``collisions`` computes the collision matrix for MoveIt.
+The formats are ``mjcf`` and ``scene``. ``simulation`` tests poses, driving and joint ranges. ``physics`` finds
+implausible masses and sizes, and overlapping links. ``collisions`` computes the collision matrix for MoveIt.
 """

@@ -27,19 +27,19 @@ FAR = 0.02  # m: for links farther apart, the matrix contains this lower bound (
 TOUCH = 1e-6  # m: tolerance, because rounding can separate faces that coincide
 _ROUND, _MOST_ROUNDS = 200, 50  # random states per round, and the maximum number of rounds
 _BLOCK = 1000  # number of states held in memory at once
-_NEAREST, _STARTS = 24, 3  # number of states per pair in which to measure the distance, and from which to descend
-_FIRST_STEP, _HALVINGS = 0.1, 8  # initial step relative to the joint range, and how often it is halved
+_NEAREST, _STARTS = 24, 3  # per pair of links: number of states to measure, and to start a search from
+_FIRST_STEP, _HALVINGS = 0.1, 8  # of the search: first step as a share of the joint range, number of halvings
 _BATCH = 8  # number of candidate steps measured at once
 _FARTHEST = 10.0  # m: maximum distance to measure, larger than a robot
-_MESH_STATES = 5  # number of states per pair in which the meshes are tested after their hulls touched
+_MESH_STATES = 5  # maximum number of states in which to test two meshes whose convex hulls touch
 
-State = dict[str, float]  # positions (rad or m) by joint, without mimic joints
+State = dict[str, float]  # position (rad or m) of each joint, without mimic joints
 Planning = Any  # ros.srdf.planning.Planning, which this layer must not import
 
 
 @dataclass(frozen=True)
 class CollisionMatrix:
-    """The collision matrix of a robot, which was not computed or not written if ``diagnostics`` has an error."""
+    """The result of ``compute_matrix``. If ``diagnostics`` has an error, no file was written."""
 
     robot: str
     file: str
@@ -59,9 +59,16 @@ class CollisionMatrix:
 def compute_matrix(
     request: Request, plan_of: Callable[[Robot], Planning | None], *, output: Path | None = None, force: bool = False
 ) -> CollisionMatrix:
-    """Find the pairs of links that MoveIt need not check, and write them next to the description or to ``output``.
+    """Find the pairs of links that MoveIt need not check, and write them to a file that the description can include.
 
-    ``plan_of`` returns the URDF and SRDF of a robot as MoveIt loads them, or None if the robot has no URDF output.
+    A matrix in the description that still matches the robot is not computed again.
+
+    Args:
+        request: The description and the arguments to compile it with.
+        plan_of: Returns the URDF and SRDF of a robot as MoveIt loads them, or None if the robot has no URDF output.
+        output: The file to write, by default ``collisions.yaml`` next to the description.
+        force: Compute all pairs again, even if an existing matrix is still valid.
+
     Raises MissingPackages if MuJoCo is not installed, and RequestError if ``output`` is not a regular file.
     """
     understood, path = request.understand(), output or request.description.path.parent / FILE
@@ -134,15 +141,19 @@ class Search(Bodies):
 
     A pair gets the first reason that applies (moveit2: moveit_setup_srdf_plugins/src/compute_default_collisions.cpp):
 
-    1. Adjacent: connected by a joint, or by several joints with only links without collision shapes between them.
+    1. Adjacent: connected by a joint, or by a chain of joints through links without collision shapes.
     2. Default: in collision with every joint at zero, or at mid-range if its limits do not include zero.
-    3. Always: in collision in more than a given share of the 200 states of a round, repeated until no pair is found.
-    4. Never: in collision in no random state. A descent from the nearest states must not bring the links closer than
-       the clearance, and all joints between them must have limits. Links that no joint moves are measured only once.
+    3. Always: in collision in more than a given share of 200 random states. Rounds of 200 states are repeated until a
+       round finds no such pair.
+    4. Never: in collision in no random state, all joints between the links have limits, and a local search that starts
+       from the nearest states cannot bring the links closer than the clearance.
 
-    The random states depend only on the seed. ``found`` has the pairs that need no check, ``hit`` pairs that touched in
-    a state, ``only_hulls`` pairs whose hulls touch but whose meshes do not. ``same`` has the results of an earlier
-    matrix that are still valid; None means that the pair must be checked. The names in a pair are sorted.
+    The random states depend only on the seed. The two names in a pair are sorted. Attributes:
+
+    - ``found``: the result for each pair that needs no check
+    - ``hit``: pairs that were in collision in a state
+    - ``only_hulls``: pairs whose convex hulls touch, but not their meshes
+    - ``same``: results of an earlier matrix that are still valid; None means that the pair must be checked
     """
 
     def __init__(self, planning: Planning, meshes: Meshes, same: Mapping[Pair, DisabledCollision | None]) -> None:
@@ -157,7 +168,7 @@ class Search(Bodies):
         self.tried = 0
 
     def run(self) -> list[DisabledCollision]:
-        """Return the pairs that need no check, sorted by name."""
+        """Return all pairs that need no check, sorted by link names."""
         self.found = {pair: DisabledCollision(pair, DisabledCollision.ADJACENT) for pair in self.planning.adjacent}
         for pair, result in self.same.items():
             if result is None and pair not in self.found:
@@ -200,12 +211,11 @@ class Search(Bodies):
         return [self.found[pair] for pair in sorted(self.found)]
 
     def _joints_between(self, pair: Pair) -> list[str]:
-        """Return the joints that change the relative pose of two links; a mimic joint is replaced by its leader."""
         moving = [joint for joint in self.planning.joints_between(*pair) if not joint.is_fixed]
         return list(dict.fromkeys(leader_of(self.planning.robot, joint).name for joint in moving))
 
     def _is_real(self, pair: Pair, states: Sequence[State]) -> bool:
-        """Return True if the meshes of a pair touch in every state, else add the pair to ``only_hulls``."""
+        """Return True if the meshes touch in every state; otherwise add the pair to ``only_hulls``."""
         for state in states:
             contacts = [solids for *solids, _ in self.contacts(self.rows([state])[0], TOUCH)]
             if not any(self.touches((a, b), state) for a, b in contacts if {a.link, b.link} == set(pair)):
@@ -224,7 +234,7 @@ class Search(Bodies):
             yield min(gaps, default=most)
 
     def _states(self, count: int) -> Iterator[tuple[State, dict[Pair, float]]]:
-        """Move the links to random states; yield each state with the depth (m) of touching pairs not in ``found``."""
+        """Yield ``count`` random states, each with the depth (m) of all touching pairs that are not in ``found``."""
         for first in range(0, count, _BLOCK):
             block, bounds = range(min(_BLOCK, count - first)), self.bounds.items()
             states = [{name: low + self.random.random() * (high - low) for name, (low, high) in bounds} for _ in block]
@@ -237,7 +247,6 @@ class Search(Bodies):
                 yield state, touching
 
     def _nearest_states(self, pairs: Sequence[Pair]) -> dict[Pair, list[State]]:
-        """Return, for each pair, the random states in which their bounding spheres are nearest, nearest first."""
         import numpy as np
 
         geoms = [list(product(self.geoms[first], self.geoms[second])) for first, second in pairs]
@@ -258,7 +267,7 @@ class Search(Bodies):
         return {pair: [states[number] for number in numbers[:, index]] for index, pair in enumerate(pairs)}
 
     def approach(self, pair: Pair, joints: Sequence[str], states: Sequence[State]) -> float:
-        """Return the smallest distance (m) of a pair that a pattern search over ``joints`` reaches from ``states``."""
+        """Return the smallest distance (m) of two links that a pattern search over ``joints`` finds from ``states``."""
         chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - one seed per pair, for reproducible results
         measured = zip(self.distances(pair, states, _FARTHEST), states, strict=True)
         low, high = ({name: ends[which] for name, ends in self.bounds.items()} for which in (0, 1))

@@ -21,10 +21,10 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
 
 MAX_BYTES = 500_000_000
-MAX_STL_TRIANGLES = 200_000  # in a file, a limit of MuJoCo
+MAX_STL_TRIANGLES = 200_000  # per file: the maximum of MuJoCo
 MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no convex hull of larger coordinates
-MIN_VERTICES = 4  # distinct vertices in a file, a limit of MuJoCo
-FLAT = 1e-9  # thickness relative to the length, below which MuJoCo computes no convex hull
+MIN_VERTICES = 4  # distinct vertices per file: the minimum of MuJoCo
+FLAT = 1e-9  # MuJoCo computes no convex hull of a mesh with a smaller ratio of thickness to length
 _MARK = "made by rosorin-compile of SHA-256 "
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 _OBJ_INDEX = re.compile(rb"(?:^|(?<=[ \t]))(-?\d+)", re.MULTILINE)
@@ -32,9 +32,9 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
 def copy_meshes(searched: SearchResult, outputs: Path) -> SearchResult:
-    """Read and convert the files that the MJCF needs; report unusable files and add them to ``missing``."""
+    """Return ``searched`` with the contents of all meshes and textures, converted for MuJoCo, and with diagnostics."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
-    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # failed files by rule, reason, help and kind
+    failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # unusable files by (rule, reason, help, kind)
     found = [one for one in searched.found if one.named.kind != OF_MESH]
     for number, one in enumerate(found):
         Progress.step("reading meshes", number, len(found))
@@ -60,7 +60,10 @@ def copy_meshes(searched: SearchResult, outputs: Path) -> SearchResult:
 
 
 def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
-    """Raise UnreadableMesh if MuJoCo cannot load a file, or cannot compute the hull of a mesh that ``collides``."""
+    """Raise UnreadableMesh if MuJoCo cannot load the contents of a mesh or image file.
+
+    ``ending`` is the file extension. If ``collides`` is true, the mesh must also have a convex hull.
+    """
     check_content(data)
     if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
         raise UnreadableMesh("it is not a complete PNG", "export it again, as PNG")
@@ -91,7 +94,6 @@ def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
 
 
 def _is_flat(points: list[Vector]) -> bool:
-    """Return True if all points are in one plane, with the tolerance ``FLAT``."""
     rest = [minus(point, points[0]) for point in points]
     axis = max(rest, key=norm)
     normal = max((cross(axis, point) for point in rest), key=norm)
@@ -100,7 +102,7 @@ def _is_flat(points: list[Vector]) -> bool:
 
 
 def _copies(found: FoundFile, outputs: Path) -> tuple[dict[str, bytes], bool]:
-    """Return (contents of the copies by name, whether this call converted the file). Raises UnreadableMesh."""
+    """Return (contents by path of each copy, True if a copy had to be converted). Raises UnreadableMesh."""
     try:
         if found.file.stat().st_size > MAX_BYTES:
             raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
@@ -134,7 +136,7 @@ def _binary_stl(data: bytes, mark: str) -> bytes:
 
 
 def _obj(path: Path, mark: str, existing: bytes) -> bytes:
-    """Convert a mesh to OBJ with trimesh; without trimesh, return the existing copy if its source has not changed."""
+    """Convert a mesh to OBJ. Without trimesh, return ``existing`` if it was converted from the same file."""
     try:
         TriangleMesh.require_packages()
         import numpy as np

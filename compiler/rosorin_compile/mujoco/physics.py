@@ -1,8 +1,8 @@
 """Check meshes (size, mass, holes) and collisions between links, at rest and while joints move.
 
-Adjacent links overlap at their joint in most robots, so one note lists them. Each joint is moved alone over its range,
-from zero and from each named pose. If it moves a link deep into an adjacent link over much of the range, an axis or an
-origin is probably wrong, which is a warning. A smaller collision is a note, because limits are often slightly too wide.
+Adjacent links overlap at their joint in most robots, so a single note lists them. Each joint is moved alone over its
+range, from zero and from each named pose. If it moves a link deep into an adjacent link over much of the range, an axis
+or an origin is probably wrong, which is a warning. A smaller collision is a note, because limits are often too wide.
 """
 
 import math
@@ -31,22 +31,22 @@ from rosorin_compile.source.wording import count_of, phrase
 from .mjcf.bodies import nearest_to_zero, range_of, weld_groups
 from .solids import Meshes, MeshShape, Overlap, Pair, Positions, Scene, Solid, read_meshes, solids_of
 
-# Required modules by name, with the argument of pip that installs each of them.
+# Required modules, and the package to install with pip for each of them.
 _NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}
 _LONGEST, _SHORTEST = 20.0, 1e-3  # m: plausible lengths of a link
 _TIMES = 200.0  # largest plausible length relative to the other links; a mesh in millimetres is 1,000 times too long
 _HEAVIEST, _LIGHTEST = 25_000.0, 1.0  # kg/m^3, plausible densities: osmium has 22,600, air 1.2
 _FAR_INERTIA = 1.2  # largest radius of gyration, relative to the distance from the centre of mass to the farthest point
 _OUTSIDE = 0.1  # tolerance for a centre of mass outside the bounding box, relative to its longest side
-_APART = 0.25  # largest gap between the boxes of collision shapes and visuals, relative to the longest side
+_APART = 0.25  # largest gap between the bounding boxes of collision shapes and visuals, relative to the longest side
 
 _MOST_INSIDE = 0.9  # share of the volume of a link that must be inside another link to count as enclosed
-_CORNER = 0.2  # share of the volume of a link; adjacent links with a smaller overlap are normal
+_CORNER = 0.2  # share of the volume of a link; smaller overlaps of adjacent links are normal
 _SHOWN = 5  # maximum number of names in a note
-_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # revolute: step (rad), maximum steps; prismatic: steps
+_STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # step (rad) and maximum number of steps; steps if prismatic
 _MOST_STATES = 20_000  # maximum number of states for all joints; above it, steps become larger
-_GROWTH = 0.3  # share of the volume of the moved link that must enter the adjacent link for a warning
-_BLOCKED = 0.25  # share of the joint range; if less of it is in collision, only a limit is too wide
+_GROWTH = 0.3  # for a warning, share of the volume of the moved link that enters the adjacent link
+_BLOCKED = 0.25  # share of the joint range in collision; if it is smaller, probably just a limit is too wide
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,12 @@ class CheckedPhysics:
 
 
 def missing_packages() -> str:
-    """Return the missing packages as arguments of pip, or "" if all are installed."""
+    """Return the names of missing packages, separated by spaces as for pip, or "" if all are installed."""
     return " ".join(pip_name for name, pip_name in _NEEDED.items() if not is_installed(name))
 
 
 def require(command: str) -> None:
-    """Raise MissingPackages if a package that a command needs is not installed."""
+    """Raise MissingPackages, with the name of the command, if a package for checks in MuJoCo is missing."""
     if missing := missing_packages():
         raise MissingPackages(f"{command} needs what is not installed: pip install {missing}")
 
@@ -74,7 +74,10 @@ def require(command: str) -> None:
 def check_physics(
     robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
 ) -> CheckedPhysics:
-    """Find links that collide at rest or while joints move, and masses that do not match the meshes, with MuJoCo."""
+    """Find links that collide at rest or while joints move, and implausible masses, inertias and meshes, with MuJoCo.
+
+    Raises MissingPackages if MuJoCo or a package that reads meshes is not installed.
+    """
     require("check physics")
     import numpy as np
 
@@ -99,7 +102,7 @@ def check_physics(
 
 
 class OverlapFinder:
-    """Finds overlapping links for the viewer. ``files`` are mesh files by name; the first call of ``pairs`` is slow."""
+    """Finds overlapping links for the viewer. The first call of ``pairs`` is slow, because it reads the meshes."""
 
     def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
         self.case, self.files = case, files
@@ -115,7 +118,6 @@ class OverlapFinder:
 
 
 def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for each link or mesh with implausible values; unreadable meshes are not in ``meshes``."""
     read = [shape for shape in shapes if shape.mesh in meshes]
     skipped = {shape.link for shape in shapes if shape.mesh not in meshes}
     boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
@@ -145,7 +147,6 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
-    """Yield warnings about the mass, inertia and shapes of a link, alone and with the links fixed to it."""
     import numpy as np
 
     group = next(group for group in weld_groups(case.robot).values() if link.name in group)
@@ -192,7 +193,7 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
 
 
 class State(NamedTuple):
-    """A named pose, or the zero pose with the name "", with its joint positions (rad or m) and overlaps of links."""
+    """A pose (named "" if it is zero), its joint positions (rad or m), and the links that overlap in it."""
 
     name: str
     positions: Positions
@@ -200,7 +201,7 @@ class State(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A finding that a note summarizes: the names by which "accept" can suppress it, its text, and its path."""
+    """A finding to summarize in a note: names for which the key "accept" can suppress it, its text and its path."""
 
     names: tuple[str, ...]
     text: str
@@ -208,7 +209,10 @@ class Member(NamedTuple):
 
 
 def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bool = False) -> Iterator[Diagnostic]:
-    """Yield one note about all findings, and a separate diagnostic for each one that "accept" suppresses by name."""
+    """Yield one note with all findings, and a separate diagnostic for each finding that the key "accept" suppresses.
+
+    ``message`` is a template with ``{count}`` and ``{names}``. If ``key`` is true, the note points at a YAML key.
+    """
     rest: dict[tuple[str, ...], Member] = {}
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=member.names)
@@ -223,7 +227,7 @@ def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bo
 
 
 def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
-    """Yield diagnostics for links that overlap at rest, and for links that a joint moves into collision."""
+    """Report links that overlap at rest, and links that collide while a joint moves."""
     poses = [("", nearest_to_zero(case.robot)), *((pose.name, pose.positions) for pose in case.robot.poses)]
     states = [State(name, positions, next(scene.overlaps([positions]))) for name, positions in poses]
     always = set.intersection(*(set(state.overlaps) for state in states))
@@ -239,7 +243,7 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         steps, start = max(2, round(factor * counts[joint])), state.positions.get(joint.name, 0.0)
         lower, upper = ranges[joint]
         every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
-        # Move away from the start in both directions. A start outside the range is not tested again.
+        # Test positions away from the start, first downwards, then upwards. The start was tested before.
         positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
         moved = list(scene.overlaps([{**state.positions, joint.name: position} for position in positions]))
         always = always.intersection(*moved)
@@ -293,7 +297,6 @@ def _shapes_of(case: Case, *solids: Solid) -> list[tuple[str, TreePath]]:
 
 
 def _name(case: Case, solid: Solid) -> str:
-    """Format a shape for messages: its kind, its number if the link has several, and whether it is a stand-in."""
     shapes, place = case.robot.link[solid.link].collision, case.stands_in(_path(case, solid))
     geometry = shapes[solid.number].geometry
     if isinstance(geometry, Mesh):
@@ -305,7 +308,7 @@ def _name(case: Case, solid: Solid) -> str:
 def _driven(
     case: Case, scene: Scene, state: State, joint: Joint, overlaps: Mapping[float, Mapping[Pair, Overlap]], pair: Pair
 ) -> Member | Diagnostic | None:
-    """Return the collision of two links that a joint causes, or None; adjacent links must overlap more than at rest."""
+    """Return a finding if a joint moves two links into collision (adjacent links: deeper than at rest), else None."""
     moved, still = pair if pair[0] in scene.robot.subtree(joint.child) else pair[::-1]
     start, is_neighbour, least = state.positions.get(joint.name, 0.0), scene.joint_of(pair) == joint, 0.0
 
@@ -336,7 +339,7 @@ def _driven(
     inside = max(scene.share(moved, still, at(position)) for position in hits) - max(0.0, least - _GROWTH)
     if inside < _CORNER:
         return None
-    tested = hits[:: 1 + len(hits) // 4]  # testing the meshes themselves is slow
+    tested = hits[:: 1 + len(hits) // 4]  # a few samples, because testing meshes is slow
     is_real = any(scene.touches(overlaps[position][pair].solids, at(position)) for position in tested)
     is_grave = is_real and inside >= _GROWTH and len(hits) >= _BLOCKED * len(overlaps)
     outer, inner = sorted(overlaps[far][pair].solids, key=lambda solid: solid.link == moved)

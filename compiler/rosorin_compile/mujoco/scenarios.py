@@ -26,21 +26,21 @@ _SPEED_UP = 0.002  # s: time constant of an added wheel servo, stiff so that it 
 _OVER_DAMPING = 500  # smallest ratio of the gain of an added wheel servo to the damping of its joint
 _STEER = 200.0  # rad/s: undamped natural frequency of an added steering servo
 _FAR = 1e6  # m: larger than any distance to the floor
-_LAST = 0.25  # s at the end of a scenario, over which measurements are averaged
-_RAMP, _DRIVING = 0.5, 2.0  # s of acceleration, and s at constant speed, of which the second half is measured
+_LAST = 0.25  # s: measurements are averaged over this time at the end of a scenario
+_RAMP, _DRIVING = 0.5, 2.0  # s of acceleration, s at constant speed (second half: measured)
 _SWING = 0.5  # s: duration of the swing
 _PUSH = 0.5  # rad/s, or a tenth of it in m/s: initial speed of a swinging joint
-_SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s: upper bounds; also at most half the velocity limit of the joint
+_SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # maximum rad/s and m/s; at most half the velocity limit
 _TURN, _CATCH_UP = 0.1, 0.05  # rad or m: half range of a joint without limits; s: time constant of velocity control
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s: bounds for the move to an end of the range, and time at that end
 
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator of the model; ``joint`` is empty if it does not drive a joint.
+    """An actuator of the compiled model; ``joint`` is "" if it does not drive a joint.
 
-    The force is ``gain`` * control + ``offset`` + ``stiffness`` * x, where x is the position or velocity of a servo.
-    ``stiffness`` is 0 without a servo. ``targets`` are the lowest and highest target of the joint, () if unlimited.
+    Its force is ``gain`` * control + ``offset`` + ``stiffness`` * x, where x is the position or velocity of a servo.
+    ``stiffness`` is 0 for other actuators. ``targets`` are the lowest and highest target, or () if unlimited.
     """
 
     number: int
@@ -53,32 +53,29 @@ class Actuator:
     targets: tuple[float, ...]
 
     def control(self, target: float) -> float:
-        """Return the control value for a target: actuator length (rad or m) or speed (rad/s or m/s)."""
+        """Return the control value for a target length (rad or m) or speed (rad/s or m/s) of a servo."""
         return -(self.offset + self.stiffness * target) / self.gain
 
 
 class World:
-    """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
+    """A simulation of a robot that is fixed to the world, or free on a floor. Lengths are in m, angles in rad.
 
-    ``joints`` are the moving joints with one coordinate. ``own`` are the joints of the drive for which this class
-    added a servo, because the robot has no actuator for them. ``targets`` are the target positions of the joints with a
-    position servo. ``broken`` is the time and reason if the simulation diverged, else empty.
+    ``joints`` are the moving joints with one coordinate. ``targets`` are the target positions of joints with a position
+    servo. ``own`` are the wheel and steering joints without an actuator, for which this class added a servo. If the
+    simulation diverges, ``broken`` is the time and the reason.
     """
 
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile an MJCF. Relative paths start in ``folder``; ``meshes`` are file contents by name.
-
-        Raises ValueError with MuJoCo's message.
-        """
+        """Compile an MJCF with paths relative to ``folder``; ``meshes`` has contents by name. Raises ValueError."""
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
         self.steps, self.cpu, self.broken, self.targets = 0, 0.0, "", dict[str, float]()
         spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
         spec.modelfiledir = str(folder)
         for key in list(spec.keys):
-            spec.delete(key)  # the poses of the description are used instead of keyframes
+            spec.delete(key)  # the scenarios use the poses of the description
         if base == FREE:
             floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
         self.model = spec.compile()
@@ -88,7 +85,7 @@ class World:
         self.data = mujoco.MjData(self.model)
         self.link_of: dict[int, str] = {self.model.body(body_name(robot, name)).id: name for name in robot.link}
         self.actuators = self._actuators()
-        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first servo has priority
+        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first servo wins
         self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
         self.sample = self.chunk * float(self.model.opt.timestep)
 
@@ -110,7 +107,6 @@ class World:
         return actuators
 
     def _add_servos(self, spec: Any, drive: Drive) -> tuple[str, ...]:
-        """Add a servo for each wheel and steering joint without one, and return the names of these joints."""
         mujoco, added, existing = self.mujoco, [], {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.drive_kinematics.wheels}
@@ -130,7 +126,7 @@ class World:
         return tuple(added)
 
     def reset(self, positions: Mapping[str, float]) -> None:
-        """Restart at rest at joint positions (rad or m) and hold them; a free robot is placed on the floor."""
+        """Restart at rest at joint positions (rad or m), which servos then hold; put a free robot on the floor."""
         model, data, self.broken = self.model, self.data, ""
         self.mujoco.mj_resetData(model, data)
         for joint in self.joints:
@@ -162,7 +158,7 @@ class World:
             self.hold(joint, self.targets[joint] + speed * seconds)
 
     def run(self, seconds: float, before: Callable[[float], None] = lambda _: None) -> Iterator[float]:
-        """Simulate and yield the time (s) after each sample, until ``broken``; ``before(time)`` can set controls."""
+        """Simulate, and yield the time (s) after each sample until ``broken``; ``before(time)`` can set controls."""
         import numpy as np
 
         data, start = self.data, self.data.time
@@ -187,7 +183,7 @@ class World:
             yield data.time - start
 
     def contacts(self) -> tuple[list[tuple[str, str]], list[str]]:
-        """Return the sorted pairs of links that touch each other, and the links that touch the floor."""
+        """Return (sorted pairs of links that touch each other, links that touch the floor)."""
         pairs, on_floor = set[tuple[str, str]](), set[str]()
         for contact in self.data.contact:
             bodies = self.model.geom_bodyid[contact.geom].tolist()
@@ -207,7 +203,7 @@ class World:
 
 @dataclass
 class Result:
-    """The result of a scenario. If the simulation diverged, only ``broken`` is set, to the time and the reason."""
+    """The result of a scenario. If the simulation diverged, ``broken`` is the time and the reason."""
 
     broken: str = field(default="", kw_only=True)
 
@@ -229,18 +225,18 @@ class PoseTrial(Result):
 
 @dataclass
 class DriveTrial(Result):
-    """The result of a velocity command, scaled down to the limits of the wheels, with the measured velocity."""
+    """The result of a velocity command. ``commanded`` is scaled down if it exceeds the limits of the wheels."""
 
     command: str
     commanded: Twist
     measured: Twist = field(default_factory=Twist)
     off: float = 0.0  # largest relative error of a commanded velocity component
     cross: float = 0.0  # largest velocity component that was not commanded (m/s or rad/s)
-    ripple: float = 0.0  # peak-to-peak height (m)
+    ripple: float = 0.0  # peak-to-peak height of the drive (m)
 
 
 class End(NamedTuple):
-    """One end of a joint range, and the measurements there. Positions and errors are in rad or m."""
+    """The result at one end of a joint range. Positions and errors are in rad or m."""
 
     target: float
     error: float
@@ -259,14 +255,14 @@ class RangeTrial(Result):
 
 @dataclass
 class EnergyTrial(Result):
-    """The energy error without damping, friction, actuators and contacts, and without gravity if the base is free."""
+    """The energy error of a swinging robot without damping, friction, actuators and contacts."""
 
     change: float = 0.0  # largest change of the total energy, relative to the largest kinetic energy
     lightest: str = ""  # joint with the smallest inertia
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
-    """Run all scenarios and return their results as fields of ``Simulation``; each pose is held for ``seconds``."""
+    """Run all scenarios, with each pose held for ``seconds``; return the results by field of ``Simulation``."""
     robot, poses, commands = world.robot, poses_of(world.robot), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
         commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
@@ -288,13 +284,13 @@ def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
-    """Return the poses to hold, home first. The default home is zero, or the nearest position within the limits."""
+    """Return (name, joint positions in rad or m) of each pose to hold, starting with "home"."""
     others = [(pose.name, pose.positions) for pose in robot.poses if pose.name != HOME]
     return [(HOME, home_of(robot).positions), *others]
 
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
-    """Hold a pose with the actuators for some seconds, and measure errors at the end."""
+    """Hold a pose with the actuators for a time (s), and measure the errors at the end."""
     import numpy as np
 
     root, robot = world.robot.root, world.robot
@@ -340,7 +336,6 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     world.reset({**positions, **angles})
 
     def state(time: float) -> tuple[float, ...]:
-        """Return the time (s), and x, y, z (m) and yaw (rad) of the centre of the drive."""
         turn, place = world.place(driving.frame)
         return (time, *(place + turn @ centre), _yaw(turn))
 
@@ -368,7 +363,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
-    """Return the joints with a servo, except wheels, and the ends of their motion (limits, or home +- ``_TURN``)."""
+    """Return (joint, ends of its motion) for joints with a servo, except wheels; without limits, home +- ``_TURN``."""
     found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     home = home_of(world.robot).positions
     for joint in (joint for joint in world.joints if joint.name not in wheels):
@@ -383,7 +378,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return joints without an actuator, except casters and rollers; () if an actuator does not drive a joint."""
+    """Return joints without an actuator, except casters and rollers; () if an actuator drives another object."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
     idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]
@@ -423,7 +418,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
 
 
 def swing(world: World, positions: Mapping[str, float]) -> EnergyTrial:
-    """Let the robot swing without energy input or loss, and measure the change of its energy (Runge-Kutta)."""
+    """Let the robot swing without energy input or loss, and measure the energy error of the simulation."""
     mujoco, free, joints = world.mujoco, copy.copy(world), world.joints
     free.model = model = copy.copy(world.model)
     for name in ("CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "ACTUATION", "DAMPER"):

@@ -31,7 +31,7 @@ _LEAST = 5e-3  # m/s or rad/s: smaller velocity components are omitted
 
 
 class Limit(NamedTuple):
-    """A limit for a measurement: its value, its unit, and what it applies to."""
+    """A limit for a measurement: its value, its unit, and a description of the measurement."""
 
     value: float
     unit: str
@@ -101,7 +101,7 @@ def simulate(
         base: ``fixed`` to the world, or ``free`` on a floor; by default a robot with a drive is free.
         seconds: How long to hold each pose, 0.5 to 600 s.
         limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
-        timing: Return the speed of the simulation, which differs between runs.
+        timing: Whether to measure the speed of the simulation, which differs between runs.
     """
     request, used = Request.from_arguments(robot, arguments, packages, trust=trust), dict(LIMITS)
     for name, value in (limits or {}).items():
@@ -151,7 +151,6 @@ def simulate(
 
 
 def _judge(case: Case, result: Simulation) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for each measurement above its limit, with its position in the description."""
     limits, robot = {name: limit.value for name, limit in result.limits.items()}, case.robot
 
     def broken(where: str, trial: Result, path: TreePath) -> Diagnostic:
@@ -232,7 +231,6 @@ def _judge(case: Case, result: Simulation) -> Iterator[Diagnostic]:
 
 
 def _twist(twist: Sequence[float]) -> str:
-    """Return the nonzero components of a velocity as text, such as "0.3 m/s forward"."""
     words = ("m/s forward", "m/s to the left", "rad/s")
     parts = [f"{value:.2g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > _LEAST]
     return ", ".join(parts) or "rest"

@@ -28,7 +28,7 @@ Pair = tuple[str, str]  # two links; in a ``Scene``, the link nearer to the root
 
 _LEAST = 5e-4  # m: smaller overlaps are caused by rounding in files and in MuJoCo
 _SMALLEST = 1e-6  # m: a smaller shape has no volume
-_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # number of points in a link, on a mesh, and tested against a mesh
+_FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # number of points in a link, on a mesh, and to test against a mesh
 
 
 class MeshShape(NamedTuple):
@@ -45,8 +45,8 @@ def read_meshes(
 ) -> tuple[list[MeshShape], Meshes, list[Diagnostic]]:
     """Read the meshes of all shapes, or only of the collision shapes that use a file in ``colliding``.
 
-    ``files`` maps file names in the description to paths. Return the shapes, the meshes, and a warning for each mesh
-    that cannot be read.
+    ``files`` maps file names in the description to paths. Return (shapes with a mesh, readable meshes, a warning for
+    each unreadable mesh).
     """
     import numpy as np
     import trimesh
@@ -71,7 +71,7 @@ def read_meshes(
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A shape with volume: its index in the shapes of the link, its pose in the link, and its ``trimesh.Trimesh``."""
+    """A shape with volume: its index in the shapes of the link, its pose in the link, and its mesh or None."""
 
     link: str
     number: int
@@ -81,7 +81,7 @@ class Solid:
 
     @property
     def size(self) -> list[float]:
-        """The three values of the ``size`` of a MuJoCo geom (m), for a primitive shape."""
+        """The three numbers of the attribute ``size`` of a MuJoCo geom (m), for a primitive shape."""
         sizes = half_sizes(self.shape.geometry)
         return [*sizes, *[sizes[0]] * (3 - len(sizes))]
 
@@ -138,7 +138,7 @@ class Solid:
 
 
 def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]:
-    """Return the shapes of a link that have a volume."""
+    """Convert the shapes of a link to solids, except shapes without volume."""
     solids = []
     for number, piece in ((number, piece) for number, shape in enumerate(shapes) for piece in shape.solids()):
         mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
@@ -152,14 +152,14 @@ def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]
 
 
 class Overlap(NamedTuple):
-    """The overlap of two links: the largest depth (m), and the two solids there, in the order of the pair."""
+    """The largest overlap of two links: its depth (m), and the two solids in the order of the links."""
 
     depth: float
     solids: tuple[Solid, Solid]
 
 
 class Bodies:
-    """Links as floating bodies in MuJoCo. ``solids`` has the same order as the geoms of the model."""
+    """Links as floating bodies in MuJoCo; ``solids`` are in the order of the geoms of the model."""
 
     def __init__(
         self, robot: Robot, shapes: Mapping[str, Sequence[Shape]], meshes: Meshes, excluded: Iterable[Pair] = ()
@@ -191,7 +191,7 @@ class Bodies:
         self.data: Any = mujoco.MjData(self.model)
 
     def rows(self, states: Sequence[Positions], names: Sequence[str] = ()) -> Floats:
-        """Return one row per state: the poses (x y z qw qx qy qz) of the bodies in ``names``, by default all bodies."""
+        """Return an array with a row per state: the poses (x y z qw qx qy qz) of the bodies in ``names``, or of all."""
         import numpy as np
 
         names, joints = names or self.names, states[0].keys() if states else ()
@@ -211,7 +211,7 @@ class Bodies:
         self.mujoco.mj_kinematics(self.model, self.data)
 
     def contacts(self, row: Floats, farthest: float) -> Iterator[tuple[Solid, Solid, float]]:
-        """Move all bodies; yield contacts up to ``farthest`` as (solid, solid, distance in m, negative if inside)."""
+        """Move all bodies; yield (solid, solid, distance in m, negative inside) for distances up to ``farthest``."""
         self.put(row)
         self.mujoco.mj_collision(self.model, self.data)
         contact = self.data.contact
@@ -222,7 +222,7 @@ class Bodies:
     def overlaps(self, states: Sequence[Positions], farthest: float = -_LEAST) -> Iterator[dict[Pair, Overlap]]:
         """Move all bodies to each state, and yield the pairs of links that overlap, in the order of the bodies.
 
-        Pairs up to a distance of ``farthest`` (m) are included. All states must have the same joints.
+        Pairs count if their distance (m, negative inside) is up to ``farthest``. All states must have the same joints.
         """
         for row in self.rows(states):
             overlaps: dict[Pair, Overlap] = {}
@@ -234,13 +234,13 @@ class Bodies:
             yield overlaps
 
     def move(self, points: Floats, source: Solid, target: Solid) -> Floats:
-        """Transform points (n, 3) from the link frame of ``source`` to the link frame of ``target``."""
+        """Transform points (n, 3) at the current poses from the link frame of ``source`` to that of ``target``."""
         turns, places = self.data.xmat, self.data.xpos
         old, new = (int(self.model.geom_bodyid[self.solids.index(solid)]) for solid in (source, target))
         return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
-        """Return True if a vertex or triangle centre of a mesh is inside the other mesh, and not only in its hull."""
+        """Return True if two solids touch, not only their hulls, because points of one are inside the other mesh."""
         import numpy as np
 
         if all(solid.mesh is None for solid in solids):
@@ -260,7 +260,7 @@ class Bodies:
 
 
 class Scene(Bodies):
-    """The collision shapes of a robot, without contacts between links fixed to each other and disabled pairs."""
+    """The collision shapes of a robot; links fixed to each other and disabled pairs are never in contact."""
 
     def __init__(self, robot: Robot, meshes: Meshes) -> None:
         shapes, groups = {link.name: link.collision for link in robot.walk()}, weld_groups(robot)
@@ -273,11 +273,11 @@ class Scene(Bodies):
         self._points: dict[str, Floats] = {}
 
     def joint_of(self, pair: Pair) -> Joint | None:
-        """Return the joint between two adjacent links, or None."""
+        """Return the joint that connects two links, directly or through fixed joints, or None."""
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
-        """Return the share (0 to 1) of ``small`` by volume in the hulls of ``large``, or in its meshes if ``exact``."""
+        """Estimate the share (0 to 1) of the volume of ``small`` inside the hulls (``exact``: meshes) of ``large``."""
         import numpy as np
 
         inner, outer = self.solids_of[small], self.solids_of[large]

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 
 def _call(module: str, name: str, *arguments: Any) -> Any:
-    """Import a module and call a function in it, to avoid imports that most runs do not need."""
+    """Call a function of a module that is imported only now, because most runs do not need it."""
     return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 
 def _asked(tree: Map, version: str, name: str) -> OutputEntry | None:  # noqa: ARG001
-    """Return the SDF output to write for a robot that was imported from an SDF, or None for other robots."""
+    """Return the SDF output of an imported robot, or None if it was not imported from an SDF."""
     options = (tree.get("outputs") or {}).get("sdf")
     return None if options is None else OutputEntry({"file": "", **options} | {"file": f"{name}.sdf"})
 

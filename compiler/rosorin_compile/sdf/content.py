@@ -1,4 +1,4 @@
-"""Determine which links and frames an SDF of a robot contains, and sort the XML elements kept in the description.
+"""Determine which links and frames the SDF of a robot contains, and sort the XML elements kept in the description.
 
 In SDF, a link without an inertial has a mass of 1 kg, so links without mass become frames; those that move stay links
 and get a minimal mass. A root link called "world" without mass and shapes is the world.
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 FOLLOWERS = "1.11"  # first version with <mimic>
 OLDEST, NEWEST = "1.9", "1.12"
 UNLIMITED = 1e16  # readers of SDF ignore limits with a magnitude above this
-FREE = ("floating", "planar")  # joint types that SDF lacks, so the child link is free to move in the world
-# Inertial of moving massless links (kg, kg*m^2): does not affect the motion, but physics engines accept it.
+FREE = ("floating", "planar")  # joint types that SDF lacks; their child link is free to move in the world
+# Inertial (kg, kg*m^2) of moving massless links, too small to affect the motion of other links.
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
 WORLD = "world"
 RESERVED = re.compile(r"__.*__\Z")
@@ -45,8 +45,8 @@ OF_LINK = (
     *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
 )
 OF_JOINT = ("sensor", "physics")
-# Elements of Gazebo classic that apply to all collisions of a link, with the name of the element in a <collision>,
-# the child of <surface> that contains the element (or ""), and the number of values.
+# Elements of Gazebo classic for all collisions of a link: the equivalent element in a <collision>, the child of
+# <surface> that contains that element ("" if it is outside of <surface>), and its number of values.
 OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
     "laserRetro": ("laser_retro", "", 1),
     "maxContacts": ("max_contacts", "", 1),
@@ -72,7 +72,7 @@ SOLIDS = {
 
 
 class Content(NamedTuple):
-    """The contents of an SDF: inertials by link, and the link or frame that each frame is attached to, by frame."""
+    """The links of an SDF with their inertials, and its frames with the link or frame that they are attached to."""
 
     inertials: Mapping[str, Inertial]
     attached: Mapping[str, str]
@@ -81,7 +81,7 @@ class Content(NamedTuple):
     weightless: tuple[str, ...]  # moving links without mass, which get ``LEAST``
 
     def in_order(self, links: Iterable[str]) -> Iterator[str]:
-        """Yield links in order, but each frame after the frame that it is attached to, as Drake 1.51 requires."""
+        """Yield links in order, but each frame after the link or frame it is attached to, as Drake 1.51 requires."""
         out: set[str] = set()
         for name in links:
             waiting = [name] if name in self.carrier else []
@@ -91,7 +91,7 @@ class Content(NamedTuple):
             out.update(waiting)
 
     def has_joint(self, joint: Joint) -> bool:
-        """Return True if a joint is written as a <joint>, not as an attached frame or a free link."""
+        """Return True if the SDF has a <joint> for a joint, instead of an attached frame or a free link."""
         merged = joint.parent == self.attached.get(joint.child) or joint.child == self.attached.get(joint.parent)
         return not merged and joint.type not in FREE
 
@@ -101,7 +101,7 @@ def _has_mass(inertial: Inertial | None) -> bool:
 
 
 def world_of(robot: Robot) -> str:
-    """Return the name of the root link if it represents the world, else ""."""
+    """Return the name of the root link if it represents the world, or "" if it does not."""
     if not robot.is_tree:  # other rules report kinematic loops and several roots
         return ""
     root = robot.link[robot.root]
@@ -118,7 +118,6 @@ def content_of(robot: Robot) -> Content:
     attached: dict[str, str] = {}
 
     def attach_down() -> None:
-        """Attach massless links to the parent that they are fixed to, from the root down."""
         for name in links:
             above = robot.joint_to.get(name)
             if name not in carrier and above is not None and above.is_fixed and above.parent in carrier:
@@ -138,14 +137,14 @@ def content_of(robot: Robot) -> Content:
 
 
 def version_of(robot: Robot, output: Output) -> str:
-    """Return the SDF version of an output as text, because YAML parses 1.9 as a number."""
+    """Return the SDF version of an output as a string; YAML parses 1.10 as the number 1.1."""
     if (asked := output.options.get("version")) is not None:
         return "1.10" if asked == 1.1 else str(asked)
     return FOLLOWERS if any(joint.mimic for joint in robot.joints) else OLDEST
 
 
 def joint_names(robot: Robot) -> Mapping[str, str]:
-    """Return the name of each joint in the SDF, where links, frames and joints share a namespace."""
+    """Return the name of each joint in the SDF, with a suffix if a link or frame has the same name."""
     taken, names = {*robot.link, *robot.joint}, {}
     for name in robot.joint:
         names[name] = name
@@ -156,7 +155,7 @@ def joint_names(robot: Robot) -> Mapping[str, str]:
 
 
 def view(robot: Robot, output: Output) -> Robot:
-    """Return the contents that the SDF of a robot must have: frames, joint limits, masses and collision shapes."""
+    """Return the contents to expect in the SDF of a robot: frames, joint limits, masses and collision shapes."""
     followers = version_of(robot, output) in (FOLLOWERS, NEWEST)
     names, world = joint_names(robot), world_of(robot)
     links, joints, form = list[Link](), list[Joint](), str(output.options.get("height_maps", "rows"))
@@ -165,7 +164,7 @@ def view(robot: Robot, output: Output) -> Robot:
         is_mesh = any(isinstance(solid.geometry, Mesh) for solid in solids)
         bare = () if is_mesh else tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         links.append(Link(link.name, link.inertial if _has_mass(link.inertial) else None, (), bare))
-    # A link without a joint in the SDF is read as floating in the world, and so is the root if there is such a link.
+    # ``read`` adds a floating joint to the world for a link without a joint, and then also for the root.
     loose, around = [one for one in robot.joints if one.type in FREE and one.parent != world], world or WORLD
     while not world and around in robot.link:
         around += "_"
@@ -210,23 +209,23 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
-    """Append XML to ``urdf_elements`` of an entry, with the source position of ``element``, and return the index."""
+    """Append XML to the list ``urdf_elements`` of an entry, and return its index in the list."""
     entry.setdefault("urdf_elements", []).append(SourceValue(text, element.span))
     return len(entry["urdf_elements"]) - 1
 
 
 class KeptElements(NamedTuple):
-    """Elements kept as XML, by link or joint; values for all collisions of a link, by tag; tags that are left out."""
+    """Elements kept as XML for the model, its links and its joints, and values for collisions by link and tag."""
 
     model: list[str]
     links: dict[str, list[str]]
-    collisions: dict[str, dict[str, str]]
+    collisions: dict[str, dict[str, str]]  # values of ``OF_COLLISIONS`` by link and tag
     joints: dict[str, list[str]]
-    left_out: dict[str, None]
+    left_out: dict[str, None]  # elements that SDF does not allow where they are
 
 
 def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> KeptElements:
-    """Sort the kept elements by where SDF allows them; ``carrier`` is as in ``Content``, ``joints`` those in SDF."""
+    """Assign elements kept as XML to the model, links and joints of the SDF; ``carrier`` is that of ``Content``."""
     found = KeptElements([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
     blocks = list(_elements(robot.urdf_elements, "gazebo"))
@@ -255,7 +254,7 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
 
 
 def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:
-    """Convert Gazebo classic values of a link to child elements of <collision>, except for tags in ``present``."""
+    """Convert Gazebo classic values of a link to elements of a <collision>, except for tags in ``present``."""
     made, parts = list[str](), dict[str, str]()
     for word, (name, part, _) in OF_COLLISIONS.items():
         text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""
@@ -268,10 +267,10 @@ def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> 
 
 
 def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
-    """Return (elements in the <sdf> blocks of an entry, XML of children of the paths ``within`` by path)."""
+    """Return the contents of all <sdf> blocks: (elements, XML of the child elements of each path in ``within``)."""
     found, inner = list[Element](), dict[str, list[str]]()
     waiting = [("", block) for block in _elements(texts, "sdf")]
-    for above, block in waiting:  # the loop appends to the list
+    for above, block in waiting:  # the loop appends to ``waiting``
         for element in block.children:
             path = f"{above}/{element.tag}".lstrip("/")
             if path in within:
@@ -284,17 +283,16 @@ def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Map
 
 
 def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
-    """Parse kept XML and yield the top-level elements with a given tag."""
     for text in (text for text in texts if f"<{tag}" in text):
         try:
             document = parse(Source("", f"<all>{text}</all>"))
-        except MarkupError:  # only if too large, because rules check the syntax
+        except MarkupError:  # only if the text is too large; rules check the syntax
             continue
         yield from (block for block in document.root.children if block.tag == tag)
 
 
 def _relative_to(element: Element, frame: str) -> str:
-    """Return an element as XML with its pose relative to a frame instead of its link."""
+    """Return an element as XML, with its pose relative to ``frame`` instead of to its link."""
     pose = next((child for child in element.children if child.tag == "pose"), None)
     text, word, at = element.verbatim, f' relative_to="{frame}"', element.opened - element.start
     if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):

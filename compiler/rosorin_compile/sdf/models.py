@@ -36,14 +36,14 @@ OWN = "__model__"
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # maximum depth of nested models; deeper nesting is a cycle of includes
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
-_ROUNDING = 1e-15  # smaller numbers in a pose are rounding errors, as in ``Pose``
+_ROUNDING = 1e-15  # smaller numbers in a pose are rounding errors
 MAX_MODELS = 1_000  # maximum number of included models
 MAX_ELEMENTS = 200_000  # maximum number of XML elements in all files
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose: its transform, its numbers with source positions (empty if not from the file), and its <pose>."""
+    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, if it is not computed."""
 
     transform: Transform
     xyz: Sequence[SourceValue] = ()
@@ -51,7 +51,7 @@ class WrittenPose(NamedTuple):
     element: Element | None = None
 
     def entry(self, span: Span) -> dict[str, Any]:
-        """Return the keys ``xyz`` and ``rpy`` for an entry, each omitted if it is zero."""
+        """Return the keys ``xyz`` and ``rpy`` of an entry, without those that are zero."""
         xyz = self.xyz or [SourceValue(clean_number(value), span) for value in self.transform.xyz]
         rpy = self.rpy or [SourceValue(clean_number(value), span) for value in self.transform.rpy()]
         keys = (("xyz", xyz), ("rpy", rpy))
@@ -61,12 +61,12 @@ class WrittenPose(NamedTuple):
 
 
 def clean_number(value: float) -> float:
-    """Remove the rounding error of a number."""
+    """Round a number to 15 digits, and to zero if it is only a rounding error."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 
 
 def is_true(text: str) -> bool:
-    """Return True if an SDF value is true."""
+    """Return True if an SDF value is "true" or "1"."""
     return text.lower() in ("1", "true")
 
 
@@ -94,7 +94,7 @@ class Node:
 
 @dataclass(eq=False)
 class Scope:
-    """The namespace of a model, with its XML element, file and SDF version; ``including`` is its <include> or None."""
+    """The namespace of a model, with its element, file and SDF version, and the <include> of an included model."""
 
     element: Element
     file: Path
@@ -115,7 +115,7 @@ class Scope:
 
     @property
     def prefix(self) -> str:
-        """The prefix in the description for names in this model."""
+        """The prefix of all names in this model after the import."""
         above = "" if self.outer is None else self.outer.prefix
         return above if self.outer is None or self.is_merged else f"{above}{self.name}_"
 
@@ -126,7 +126,7 @@ class Scope:
                 yield from node.inner.all_nodes()
 
     def find(self, name: str) -> Node | None:
-        """Resolve a name, or return None if it does not exist."""
+        """Resolve a name such as "arm::hand", or return None if it does not exist."""
         if name in self.nodes:
             return self.nodes[name]
         first, colon, rest = name.partition("::")
@@ -138,13 +138,13 @@ class Scope:
 
 
 def relative_to(pose: Element | None) -> Attribute | None:
-    """Return the attribute of a <pose> with the frame that it is relative to, or None."""
+    """Return the attribute that names the frame of a <pose>, or None if it is relative to its parent element."""
     found = None if pose is None else pose.attributes.get("relative_to") or pose.attributes.get("frame")
     return found if found is not None and found.value else None
 
 
 class SdfReader(XmlReader):
-    """The state of importing an SDF. ``files`` has the main file, followed by the included files."""
+    """The state of importing an SDF; ``files`` are the main file and all included files."""
 
     def __init__(self, options: ReadOptions, file: Path) -> None:
         super().__init__(options)
@@ -171,7 +171,7 @@ class SdfReader(XmlReader):
         return found[0] if found else None
 
     def limit(self, element: Element | None, tag: str, unit: str) -> SourceValue | None:
-        """Return a limit, or None if it is missing, infinite or invalid; report errors."""
+        """Parse a child of a <limit>; return None if it is missing or infinite, or after reporting an error."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
         return found if found is not None and abs(found.value) < UNLIMITED else None
@@ -203,7 +203,7 @@ class SdfReader(XmlReader):
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
-        """Return the children whose tags are not in ``read``, and report misspelled tags."""
+        """Return the child elements with tags not in ``read``; report misspelled tags and unknown attributes."""
         known = {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
@@ -215,7 +215,7 @@ class SdfReader(XmlReader):
             yield from filter(None, self.environment.get(variable, "").split(os.pathsep))
 
     def open_included(self, file: Path, asked: Span) -> Document | None:
-        """Parse an included file, or return None after an error or above the limits of includes and elements."""
+        """Parse an included file; return None after an error, or if too many files or elements are included."""
         if self._is_too_much:
             return None
         try:
@@ -233,7 +233,7 @@ class SdfReader(XmlReader):
         return None
 
     def find_file(self, uri: str, including: Path) -> tuple[Path | None, str, str]:
-        """Return (file for a URI or None, reason for None ("" if the file does not exist), help).
+        """Return (file that a URI refers to, "", ""), or (None, reason or "" if the file does not exist, help).
 
         Because an SDF may be untrusted, only files in its folder, in packages and models found by name, and in folders
         that the user specifies (``--package``, environment) can be included.
@@ -260,7 +260,7 @@ class SdfReader(XmlReader):
         return None, "", f"put it next to the file, or say where it is: --package {name}=FOLDER"
 
     def top(self, root: Element, file: Path) -> Scope | None:
-        """Return the only model of a document, or None after an error."""
+        """Return the only model of a document, or report an error and return None."""
         version, models = self._version(root), [child for child in root.children if child.tag == MODEL]
         if len(models) != 1:
             other = next((child for child in root.children if child.tag in ("world", "actor", "light")), root)
@@ -352,7 +352,7 @@ class SdfReader(XmlReader):
             self._add_model(scope, Scope(model, file, version, scope, name, element))
 
     def require(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
-        """Resolve a name, or report an error and return None if it does not exist."""
+        """Resolve a name, or report that ``what`` refers to an unknown name and return None."""
         node = self.canonical(scope) if name == OWN else scope.find(name)
         if node is None:
             help = Suggestion(name, [*scope.nodes], none="the model has nothing with a name")
@@ -360,7 +360,7 @@ class SdfReader(XmlReader):
         return node
 
     def base(self, node: Node) -> tuple[str, Span]:
-        """Return (frame that the pose of a link, frame, joint or model is relative to, source position of its name)."""
+        """Return (name of the frame that the pose of a node is relative to, source position of that name)."""
         if (attribute := relative_to(node.written.element)) is None and node.kind == FRAME:
             attribute = node.element.attributes.get("attached_to")
         if attribute is not None and attribute.value:
@@ -381,7 +381,7 @@ class SdfReader(XmlReader):
         return self._poses[node]
 
     def base_pose(self, node: Node, visited: tuple[Node, ...] = ()) -> Transform:
-        """Return the pose, in the outermost model, of the frame that a pose is relative to (see ``base``)."""
+        """Return the pose, in the outermost model, of the frame ``base(node)``."""
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
@@ -389,7 +389,7 @@ class SdfReader(XmlReader):
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the link that a link, frame, joint or model moves with, or None if there is none; report errors."""
+        """Return the link that a link, frame, joint or model moves with; None, with a diagnostic, if there is none."""
         if node.kind == LINK:
             return node
         if node in visited or len(visited) > 1000:
@@ -408,7 +408,7 @@ class SdfReader(XmlReader):
         return None if found is None else self.link_of(found, visited)
 
     def canonical(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the canonical link of a model: the link in the attribute ``canonical_link``, or the first link."""
+        """Return the link named by ``canonical_link`` of a model, or its first link, or None if it has no link."""
         if (attribute := scope.element.attributes.get("canonical_link")) is not None and attribute.value:
             found = self.require(scope, attribute.value, attribute.span, f"canonical_link of {name_of(scope.element)}")
             return None if found is None else self.link_of(found, visited)
@@ -447,7 +447,7 @@ def _with_unit(one: SourceValue, unit: str) -> SourceValue:
 
 
 def _model_in(folder: Path) -> Path | None:
-    """Return the SDF file of a model folder: the highest version in model.config, else model.sdf, or None."""
+    """Return the newest SDF file that model.config lists, else model.sdf, or None if there is neither."""
     listed: list[Element] = []
     if is_file(config := folder / "model.config"):
         with suppress(MarkupError):

@@ -34,7 +34,7 @@ _WATER = 1000  # kg/m^3: the default density for an inertial with auto="true"
 
 
 def read_sdf(opened: ImportFile) -> ImportedRobot:
-    """Import the robot of an SDF."""
+    """Import the robot of an SDF; the result has diagnostics and, if there is no error, the description."""
     reading, document = SdfReader(opened.options, opened.path), opened.xml
     top = reading.top(document.root, opened.path)
     sections, diagnostics = None if top is None else _Robot(reading, top).read(), reading.all_diagnostics()
@@ -51,7 +51,7 @@ def read_sdf(opened: ImportFile) -> ImportedRobot:
     version = ".".join(map(str, top.version))
     output = {"file": "robot.sdf", **({"version": version} if version in ("1.10", "1.11", "1.12") else {})}
     tree.put("outputs", as_tree({"sdf": output}, tree.span), tree.span, tree.span)
-    for element in document.root.iter():  # a comment in an element without an entry goes to the entry of the parent
+    for element in document.root.iter():  # move comments in an element without an entry to the entry of its parent
         if (above := reading.paths.get(id(element.parent))) is not None and "urdf_elements" not in above:
             reading.paths.setdefault(id(element), () if above == ("robot",) else above)
     comments = comments_of(document, reading.paths)
@@ -59,7 +59,7 @@ def read_sdf(opened: ImportFile) -> ImportedRobot:
 
 
 def read(text: str) -> Robot:
-    """Parse a generated SDF. Raises ValueError if it is damaged."""
+    """Parse a generated SDF. Raises ValueError if its contents are invalid."""
     document = parse_artifact(text, "sdf")
     try:
         imported = read_sdf(ImportFile(Path("robot.sdf"), ReadOptions(checked=False), document))
@@ -71,8 +71,6 @@ def read(text: str) -> Robot:
 
 
 class _Robot:
-    """Converts an SDF model to the sections of a description."""
-
     def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
         self.bodies = Bodies(reading, top)
@@ -80,7 +78,7 @@ class _Robot:
         self.holder: dict[str, Any] = {"urdf_elements": []}  # elements kept as XML for the robot
         self.constraints: dict[str, SourceValue] = {}
         static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
-        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joint type for separate parts
+        self.of_pieces = "fixed" if any(map(models.is_true, static)) else "floating"  # joint type of unconnected parts
 
     def read(self) -> dict[str, Any] | None:
         top, reading, bodies, links = self.top, self.reading, self.bodies, self.entries.links
@@ -176,7 +174,7 @@ class _Robot:
             self._keep_elements(inner)
 
     def _is_constraint(self, element: Element, scope: Scope) -> bool:
-        """Import a ball constraint of Drake between two links; return False for any other element."""
+        """Import a ball constraint of Drake between two links, or return False for any other element."""
         words = {child.tag.removeprefix(f"{element.tag}_"): child for child in element.children}
         if element.tag != "drake:ball_constraint" or not {"body_A", "body_B", "p_AP"} <= words.keys():
             return False
@@ -239,7 +237,7 @@ class _Robot:
         self.entries.links[link.called]["inertial"] = SourceValue(made, span)
 
     def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
-        """Return (link or frame attached to it, pose relative to that); convert poses relative to other frames."""
+        """Return (link or one of its frames, pose in it); poses relative to anything else are converted to the link."""
         written, base, attribute = self.reading.pose(pose), link, models.relative_to(pose)
         if attribute is not None and pose is not None:
             what = f"relative_to of {name_of(pose)}"
@@ -327,7 +325,6 @@ class _Robot:
         )
 
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
-        """Set the geometry of a shape and return its element, or report an error and return None."""
         reading = self.reading
         children = [child for child in geometry.children if child.tag != "empty"] or geometry.children
         if len(children) > 1 and {child.tag for child in children} != {"polyline"}:
@@ -370,7 +367,7 @@ class _Robot:
 
 
 def _only_descendant(element: Element, *tags: str) -> Element | None:
-    """Return the element at a path of tags, or None if any element on the path has siblings."""
+    """Return the descendant at a path of tags, or None if an element on the path has siblings."""
     for tag in tags:
         if [child.tag for child in element.children] != [tag]:
             return None

@@ -1,8 +1,9 @@
 """Import the joints of an SDF, and the frames that are attached to links, as entries of ``joints``.
 
-A body is a link with its attached frames. The topmost member of a body is the child of a joint, or the member that the
-others are relative to. The parent of any other member is the member that its pose is relative to, or the topmost.
-If the child of a joint does not have its origin on the joint axis, an intermediate link is added.
+The members of a body are a link and all frames attached to it. The topmost member is the child of a joint, or else the
+member that the poses of the others are relative to. The parent of another member is the member that its pose is
+relative to, by default the topmost. If the child of a joint does not have its origin on the joint axis, an
+intermediate link is added.
 """
 
 from typing import Any, NamedTuple
@@ -34,7 +35,7 @@ _MIMIC = (*_USUAL_MIMIC, "reference")
 
 
 class Entries(NamedTuple):
-    """Entries of links and joints by name, and (element, XML) for <gazebo> blocks by the name of the link or joint."""
+    """Entries of links and joints by name, and the contents of <gazebo> blocks as (element, XML) by link or joint."""
 
     links: dict[str, dict[str, Any]]
     joints: dict[str, SourceValue]
@@ -58,7 +59,7 @@ def is_near(transform: Transform) -> bool:
 
 
 class Bodies:
-    """The bodies of a model, and the joints between them."""
+    """The bodies of a model (links with the frames attached to them), and the joints between them."""
 
     def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
@@ -85,7 +86,7 @@ class Bodies:
             self._tops.setdefault(link, path[-1])
 
     def pose(self, node: Node | None) -> Transform:
-        """Return the pose of a link, frame or joint in the model; None represents the world."""
+        """Return the pose of a link, frame or joint in the outermost model; None represents the world."""
         return self.world.inverse() if node is None else self.reading.node_pose(node)
 
     def body_of(self, node: Node | None) -> Node | None:
@@ -123,7 +124,7 @@ class Bodies:
                 reading.cannot_carry(name_of(node.element), node.element.span)
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
-        """Return (parent or child of a joint, None for the world; source position), or None after an error."""
+        """Return (link or frame at an end of a joint, None for the world; source position), or None after an error."""
         text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
             reading.error("missing-element", f"{name} has no <{end}>", node.element.span, f"add <{end}>LINK</{end}>")
@@ -152,7 +153,7 @@ class Bodies:
         return [self._tops[link] for link in self.links if link not in held]
 
     def local_pose(self, node: Node, parent: Node | None) -> WrittenPose:
-        """Return the pose of a link, frame or joint in ``parent``, with the numbers in the file if not converted."""
+        """Return the pose of a node relative to ``parent``, with the numbers in the file if they are relative to it."""
         above = self.pose(parent)
         if self.reading.base_pose(node) == above:
             return node.written
@@ -164,7 +165,7 @@ class Joints:
 
     def __init__(self, bodies: Bodies, entries: Entries) -> None:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
-        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions by limit key and by joint
+        self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions of placeholder limits by key and joint
 
     def read(self, world: str) -> None:
         """Add the entries of all joints; ``world`` is the name of the link that represents the world."""
@@ -180,7 +181,7 @@ class Joints:
             self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, span, (), help))
 
     def fix(self, node: Node, parent: str, pose: WrittenPose, kind: str = "fixed") -> None:
-        """Add a joint that does not exist in the SDF, for a frame or for a link in the world."""
+        """Add a joint that is not in the SDF, which connects a frame to its link, or a link to the world."""
         name, taken = f"{node.called}_joint", {joint.node.called for joint in self.bodies.joints}
         while name in taken | self.entries.joints.keys():
             name += "_"
@@ -188,7 +189,6 @@ class Joints:
         self.entries.joints[name] = SourceValue(entry, node.element.span)
 
     def _joint(self, joint: JointNode, parent: str) -> None:
-        """Add a joint, with an intermediate link if the origin of the child is not on the joint axis."""
         element, node, reading = joint.node.element, joint.node, self.reading
         has_axis = joint.kind not in ("fixed", "ball")
         axis = reading.single(element, "axis") if has_axis else None
@@ -232,7 +232,7 @@ class Joints:
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[SourceValue] | None] | None:
         """Return (axis in the joint frame, numbers in the file or None if converted), or None after an error.
 
-        The axis in the file is in the model frame before SDF 1.5, and up to SDF 1.6 if use_parent_model_frame is true.
+        Before SDF 1.5, an axis is in the frame of the model; up to SDF 1.6, only if use_parent_model_frame is true.
         """
         xyz = None if axis is None else self.reading.single(axis, "xyz")
         numbers = None if xyz is None else self.reading.all_of(xyz, 3)
@@ -280,7 +280,6 @@ class Joints:
             entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
-        """Set the limit of a joint, with stand-ins for missing values that other formats require."""
         limit, kind = self.reading.single(axis, "limit") if axis is not None else None, entry["type"].value
         unit = "m" if kind == "prismatic" else "rad"
         units = {"lower": unit, "upper": unit, "effort": "", "velocity": f"{unit}/s"}

@@ -1,8 +1,8 @@
 """Write the SDF of a robot.
 
 The SDF has all frames: links with mass become a ``<link>``, all others a ``<frame attached_to>`` (see ``content``).
-Poses have the numbers of the description: a joint is relative to its parent, the child to that joint, a shape to its
-link. Tested with libsdformat 12 and Drake 1.51.
+Poses have the numbers of the description: a joint is posed relative to its parent, the child relative to that joint,
+and a shape relative to its link. Tested with libsdformat 12 and Drake 1.51.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,15 +26,15 @@ from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
 
 MODEL = "__model__"
-_FRAME_ID = "frame_id"  # tag for the frame of sensor messages in SDF 1.12; earlier Gazebo versions use other tags
+_FRAME_ID = "frame_id"  # tag for the frame of sensor messages in SDF 1.12; for older versions, it depends on Gazebo
 _LOOPS = ("connect", "weld")
-# Points (m) of ball constraints: all three, which are not collinear, act like a weld, the first like a ball joint.
+# Points (m) of Drake's ball constraints. Three that are not collinear act like a weld, one acts like a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the SDF of a robot, and diagnostics for what SDF cannot express.
+    """Return (SDF of a robot, diagnostics about properties that SDF cannot express).
 
     Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12, by default the oldest that suffices),
     ``height_maps`` (how to split them into boxes), ``visuals`` (from_collision: also for links without visuals),
@@ -45,7 +45,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
-    """Return the lines of an element: the start tag ``start``, the nonempty content ``lines``, and the end tag."""
     return [f"{indent}<{start}>", *filter(None, lines), f"{indent}</{start.split(' ')[0]}>"]
 
 
@@ -54,8 +53,6 @@ def _indented(texts: Iterable[str], indent: str) -> list[str]:
 
 
 class _Writer:
-    """Formats the SDF of a robot; ``names`` has the name of each joint in the SDF."""
-
     def __init__(self, robot: Robot, output: Output) -> None:
         self.robot, self.gazebo = robot, output.options.get("gazebo")
         self.number, self.version = number_format(output.options), contents.version_of(robot, output)
@@ -93,7 +90,6 @@ class _Writer:
         return found
 
     def pose(self, pose: Pose, relative_to: str = "") -> str:
-        """Return a <pose>, or "" if it is the identity and not relative to another frame."""
         base = attributes(relative_to=relative_to) if relative_to else ""
         if pose == IDENTITY:
             return f"<pose{base}/>" if relative_to else ""
@@ -164,7 +160,6 @@ class _Writer:
         return _element(start, [f"        {pose}{geometry}", *_indented(texts, "        ")], "      ")
 
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
-        """Return the element of a geometry; ``kept`` are further XML elements of a mesh from the description."""
         shape, number, tag = solid.geometry, self.number, type(solid.geometry).__name__.lower()
         sizes = {key: getattr(shape, key) for key in SOLIDS[tag]}
         texts = {key: numbers(size, number) if isinstance(size, tuple) else number(size) for key, size in sizes.items()}
@@ -174,7 +169,6 @@ class _Writer:
         return f"<{tag}>{inner}{''.join(kept)}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
-        """Return the contents of a material; ``more`` are further SDF elements from the description."""
         rgba, texture, parts = self.robot.colour(visual), self.robot.texture(visual), list[str]()
         if rgba is not None:
             is_own = any(text.startswith("<ambient") for text in more)
@@ -246,7 +240,7 @@ class _Writer:
                 yield from _element(f"{word}{attributes(name=f'{name}_{number}' if number else name)}", lines, "    ")
 
     def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
-        """Return (link, link, pose of a constraint in the first with joints at zero), or None if it is unsupported."""
+        """Return (link, link, pose of a constraint in the first link), or None if SDF cannot express it."""
         if "relpose" in loop.values:
             return None
         marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
@@ -261,7 +255,6 @@ class _Writer:
         return (first, second, at) if {first, second} <= self.content.carrier.keys() else None
 
     def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
-        """Add a Gazebo sensor to its link or joint, or record why SDF cannot contain it."""
         kind, link, why = distribution(self.gazebo), one.feels or one.link, ""
         frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
         names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
@@ -281,7 +274,6 @@ class _Writer:
         self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
     def diagnostics(self) -> list[Diagnostic]:
-        """Return a warning for each property that the SDF lacks or approximates."""
         robot, content, found = self.robot, self.content, list[Diagnostic]()
 
         def report_lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:

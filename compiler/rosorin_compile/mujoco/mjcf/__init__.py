@@ -1,7 +1,7 @@
 """MJCF, the format of MuJoCo.
 
 Writing: ``write`` and ``write_elements`` format the file. ``servos`` has the actuators, ``bodies`` names and groups,
-``contacts`` the pairs and excludes, ``unsupported`` the checks. ``read_back`` reads a generated file for comparison.
+``contacts`` the contact pairs and excludes, ``unsupported`` the checks. ``read_back`` parses a generated file.
 
 Importing: MuJoCo loads the file in a child process (``process``, ``engine``), which also compares the result with the
 source (``compare_models``). ``robot``, ``links`` and ``shapes`` create the description (state: ``import_state``).
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def _lazy(module: str, name: str) -> Callable[..., Any]:
-    """Return a function that imports a module and calls one of its functions."""
+    """Return a function that imports ``module`` when it is called, and calls its function ``name``."""
     return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
-    """Return True if a frame in the artifact is a site or camera that the export added for a sensor."""
+    """Return True if a frame of the MJCF is only a site or camera of a sensor in ``described``, the description."""
     link, joint = robot.link[name], robot.joint_to.get(name)
     if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
         return False
@@ -40,8 +40,8 @@ FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 def _asked(tree: Map, version: str, name: str) -> OutputEntry:  # noqa: ARG001
-    options = (tree.get("outputs") or {}).get("mjcf") or {}  # options from the imported file, such as a free base
-    usual = {"integrator": "Euler"}  # MuJoCo's default, which it also uses for a URDF
+    options = (tree.get("outputs") or {}).get("mjcf") or {}  # options in the imported MJCF, such as a free base
+    usual = {"integrator": "Euler"}  # the default of MuJoCo, also for a URDF
     option = {} if "drives" in options else {"option": options.get("option", usual)}
     return OutputEntry({"file": "", **options, **option} | {"file": f"{name}.xml"})
 

@@ -34,19 +34,19 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
 # The default stiffness of the equality constraint of a mimic joint.
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
-# Suffixes of the names of default classes (``Classes``), and the groups by which viewers show and hide geoms.
+# Last part of the names of the MJCF default classes, which ``Classes`` creates.
 VISUAL, COLLISION = "visual", "collision"
 WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``Masks``)
-# Classes of collision geoms that are in the group of visuals because their link has no visuals.
+# Collision geoms of links without visuals. They are in the group of the visuals, so that viewers show them.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
-FRAME = "frame"  # sites at the frames of links, which a viewer shows as dots with group 4
+FRAME = "frame"  # sites at link frames, which viewers draw as dots when group 4 is enabled
 CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 
 def body_name(robot: model.Robot, link: str) -> str:
-    """Return the name of the MuJoCo body of a link: the name of the link, unless MuJoCo reserves it."""
+    """Return the name of the MuJoCo body of a link: the name of the link, or a variant if MuJoCo reserves it."""
     if link == robot.root and robot.root_in_world.world:
         return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
@@ -86,7 +86,7 @@ def is_free(robot: model.Robot, joint: model.Joint) -> bool:
 
 @of_robot
 def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
-    """Return groups of links that are fixed to each other, in tree order, by the name of the topmost link."""
+    """Group the links that are fixed to each other: lists in tree order, by the name of the topmost link."""
     top, groups = dict[str, str](), dict[str, list[str]]()
     for name in (link.name for link in robot.walk()):
         joint = robot.joint_to.get(name)
@@ -113,7 +113,7 @@ USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
 class Masks:
-    """The contact bits of collision shapes. With ``implied``, the ``rolling`` links collide only with the floor."""
+    """The contact bits of all collision shapes. If ``implied`` is true, wheels collide only with the floor."""
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
         self.rolling = rolling_links(robot) if implied else frozenset[str]()
@@ -133,7 +133,7 @@ class Masks:
 
 @of_robot
 def rolling_links(robot: model.Robot) -> frozenset[str]:
-    """Return the wheels and the links below them, or an empty set if the description sets contact bits."""
+    """Return all wheels with their child links, or an empty set if the description sets contact bits."""
     drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
     if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
         return frozenset()
@@ -150,11 +150,11 @@ def rolling_links(robot: model.Robot) -> frozenset[str]:
 
 
 HFIELD = "hfield"
-_THIN = 1e-5  # m: replaces a thickness of zero, which MuJoCo rejects
+_THIN = 1e-5  # m: written instead of a height of zero, which MuJoCo rejects
 
 
 class Field(NamedTuple):
-    """A height field: number of rows and columns, MuJoCo's ``size`` (m), elevations (m) by row, and its pose."""
+    """A MuJoCo height field: ``size`` as in MJCF (m), and heights (m) above its lowest point, row by row."""
 
     rows: int
     columns: int
@@ -181,12 +181,12 @@ def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
 
 
 def form_of(output: model.Output) -> str:
-    """Return the option ``height_maps`` of an output: ``hfield``, or how to split height maps into boxes."""
+    """Return the output option ``height_maps``: "hfield", or a method to split height maps into boxes."""
     return str(output.options.get("height_maps", MERGED))
 
 
 def numbered_solids(link: model.Link, purpose: str, form: str) -> Iterator[tuple[int, model.Shape]]:
-    """Yield (number from 1, shape) for each geom of a link; ``form`` is how to write height maps (see ``form_of``)."""
+    """Yield (number from 1, shape) for each geom of a link; ``form`` is the option ``height_maps``."""
     shapes = link.visual if purpose == VISUAL else link.collision
     yield from enumerate((one for shape in shapes for one in ((shape,) if form == HFIELD else shape.solids(form))), 1)
 
@@ -225,7 +225,10 @@ HOME = "home"
 
 
 def range_of(joint: model.Joint) -> tuple[float, float] | None:
-    """Return the range (rad or m) of a joint (continuous: one turn), or None for a mimic joint or without limits."""
+    """Return the range (rad or m) of a joint, from -pi to pi if it is continuous.
+
+    Return None for a fixed joint, a mimic joint and a prismatic joint without limits.
+    """
     limit = joint.limit
     if not joint.moves or joint.mimic is not None:
         return None
@@ -235,30 +238,31 @@ def range_of(joint: model.Joint) -> tuple[float, float] | None:
 
 
 def leader_of(robot: model.Robot, joint: model.Joint) -> model.Joint:
-    """Return the joint at the end of the mimic chain of a joint, or the joint itself."""
+    """Return the joint that a chain of mimic joints finally follows, or the joint itself if it is no mimic joint."""
     while joint.mimic is not None:
         joint = robot.joint[joint.mimic.joint]
     return joint
 
 
 def home_of(robot: model.Robot) -> JointPose:
-    """Return the pose named "home"; by default all joints are at zero, or at the limit nearest to zero."""
+    """Return the pose "home" of the description; by default, each joint is as close to zero as its limits allow."""
     named = next((pose for pose in robot.poses if pose.name == HOME), None)
     return JointPose(HOME, nearest_to_zero(robot)) if named is None else named
 
 
 def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
-    """Return the limit (rad or m) nearest to zero of each joint whose range excludes zero; ignore stand-in limits."""
+    """Return the limit (rad or m) nearest to zero for each joint whose limits exclude zero."""
     measured = [joint for joint in robot.joints if joint.limit and not {"lower", "upper"} & set(joint.limit.stand_ins)]
     ranges = {joint.name: range_of(joint) or (0.0, 0.0) for joint in measured}
     return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}
 
 
 def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -> model.Pose:
-    """Return the pose of the root of a free robot in the world.
+    """Return the pose in the world of the root link of a robot with a free base.
 
-    The pose or the root of the description can define it. By default, the robot is upright with its lowest collision
-    shape at z = 0, or at the origin if the size of a mesh is unknown.
+    It is the base pose in ``pose``, else the root pose in the description. By default, the robot is upright with its
+    lowest collision shape at z = 0, or at the origin if the size of a mesh is unknown. ``clouds`` returns the vertices
+    of a mesh.
     """
     if pose.base is not None:
         return pose.base
@@ -271,9 +275,10 @@ def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -
 def reach(
     robot: model.Robot, positions: Mapping[str, float], purpose: str, at: model.Pose, clouds: Clouds
 ) -> tuple[Bounds | None, int]:
-    """Return the bounding box (m) of a robot at joint positions (rad or m), with its root at the pose ``at``.
+    """Return (bounding box in m, number of meshes of unknown size, which the box omits) of a robot.
 
-    The box is None without shapes. The second value is the number of meshes of unknown size, which it excludes.
+    The joints are at ``positions`` (rad or m), the root link at ``at``. ``purpose`` is "visual" or "collision", and
+    ``clouds`` returns the vertices of a mesh. The box is None if no shape has a known size.
     """
     boxes, unknown, root = list[Bounds](), 0, at.transform()
     places = [(name, root.then(place)) for name, place in robot.poses_in_root(dict(positions)).items()]

@@ -1,8 +1,9 @@
-"""Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` lists.
+"""Compare two compiled MuJoCo models: every array of mjModel that affects the simulation.
 
-The source is a foreign MJCF, "ours" the MJCF generated from its import. Objects are matched by name or by the name that
-the import gave them, objects without a name by references and position. Appearance, added sites, massless bodies, geoms
-without contacts, quaternion signs, principal axes and the origins of meshes are not compared.
+The first model is the imported MJCF ("the source"), the second is the MJCF generated from the import ("ours").
+Objects are matched by name, or by the name that the import assigned. Objects without a name are matched by type,
+references and position. Not compared: appearance, added sites, massless bodies, geoms without contacts, quaternion
+signs, principal axes and the origins of meshes.
 """
 
 import re
@@ -14,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-# Each kind of object with the prefix of its arrays in mjModel. Kinds come after the kinds that they refer to.
+# Kinds of objects, sorted so that each kind comes after the kinds that it refers to.
 _KINDS = "body joint mesh hfield geom site camera pair flex tendon equality actuator sensor numeric text tuple key"
 KINDS = {kind: kind for kind in _KINDS.split()} | {"joint": "jnt", "camera": "cam", "equality": "eq"}
 _KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
-# Arrays with a slice per object: array length, kind of object, field with the start, field with the size of the slice.
+# Arrays with a slice for each object: length of the array, kind of object, fields with start and size of the slice.
 _PIECE_TABLE = """nq joint jnt_qposadr
 nv joint jnt_dofadr
 nmocap body body_mocapid
@@ -32,20 +33,20 @@ nout actuator actuator_outadr actuator_outnum
 na actuator actuator_actadr actuator_actnum
 nwrap tendon tendon_adr tendon_num"""
 _PIECES = {extent: piece for extent, *piece in map(str.split, _PIECE_TABLE.splitlines())}
-_COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # slice sizes of free (0) and ball (1) joints
-# FIELD:KIND if a field has the id of an object, or FIELD:TYPE_FIELD:ENUMERATION if another field has the kind.
+_COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # slice sizes by mjtJoint: free 0, ball 1
+# FIELD:KIND for fields with object ids. FIELD:TYPE_FIELD:ENUMERATION if TYPE_FIELD has the kind of the object.
 _REFERENCE_TABLE = """cam_targetbodyid:body pair_geom1:geom pair_geom2:geom site_dataid:mesh
 eq_obj1id:eq_type:mjtEq eq_obj2id:eq_type:mjtEq actuator_trnid:actuator_trntype:mjtTrn
 sensor_objid:sensor_objtype:mjtObj sensor_refid:sensor_reftype:mjtObj tuple_objid:tuple_objtype:mjtObj
 wrap_objid:wrap_type:mjtWrap wrap_prm:wrap_type:mjtWrap"""
 _REFERENCES = {field: by for field, *by in (entry.split(":") for entry in _REFERENCE_TABLE.split())}
-# Enumeration names (transmissions, tendon wrapping) that differ from the kind of object.
+# Kind of object for values of mjtTrn and mjtWrap that are not named like the kind.
 _KIND_OF_TYPE = {"jointinparent": "joint", "slidercrank": "site", "so3": "site", "xbody": "body"}
 _KIND_OF_TYPE |= {"sphere": "geom", "cylinder": "geom"}
-# Position and rotation of objects in mjData.
+# Fields of mjData with the position and the rotation of an object.
 _FRAMES = {"body": ("xpos", "xmat"), "joint": ("xanchor", "xaxis"), "camera": ("cam_xpos", "cam_xmat")}
 _FRAMES |= {kind: (f"{kind}_xpos", f"{kind}_xmat") for kind in ("geom", "site")}
-# Fields that MuJoCo computes from other fields or from the initial configuration.
+# Fields that MuJoCo derives from other fields or from qpos0.
 DERIVED = re.compile(
     r"body_(rootid|weldid|treeid|simple|sameframe|subtreemass|invweight0|margin|contype|conaffinity)"
     r"|dof_(bodyid|jntid|parentid|treeid|invweight0|M0|length)|D_diag|jnt_actuatorid|geom_(sameframe|aabb|rbound)"
@@ -67,21 +68,21 @@ _MESH, _SDF = 7, 8  # mjtGeom
 _SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # number of sizes that MuJoCo uses, by mjtGeom
 _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
-_NO_MASS = 1e-12  # kg: the export gives it to massless bodies, because MuJoCo requires a mass
-_NUMBER, _RELATIVE = 1e-12, 1e-9  # tolerances, because MuJoCo converts angles, quaternions and axes
+_NO_MASS = 1e-12  # kg: a body with a smaller mass counts as massless, because MuJoCo requires a mass
+_NUMBER, _RELATIVE = 1e-12, 1e-9  # absolute and relative tolerance for numbers that MuJoCo converts
 _POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
 _VERTEX = 1e-5  # tolerance relative to the size of a mesh
 _SHOWN = 20  # maximum number of values in a message
 
 STATES = 20
-TOLERANCE = 1e-6  # m, per element of a rotation matrix, and relative to the largest acceleration
-# Differences that do not affect motion, as "KIND FIELD".
+TOLERANCE = 1e-6  # for positions (m), elements of rotation matrices, and relative accelerations
+# Pattern of the differences ("KIND FIELD") that do not affect motion.
 _STILL = re.compile(r"(camera|numeric|text|tuple|sensor|key) .*|site (type|size)|\w+ (name|user|nuserdata)")
 _SCENE = ("geom", "mesh", "hfield", "site")
 
 
 class Difference(NamedTuple):
-    """A difference: the kind of object, the field ("" if the object is missing), and a message with both values."""
+    """A difference between two models, with the values in ``text``; ``field`` is "" if an object is missing."""
 
     kind: str
     field: str
@@ -89,7 +90,7 @@ class Difference(NamedTuple):
 
 
 class Model:
-    """A compiled model (``mj``), the names of its objects, and an MjData (``data``) for its kinematics."""
+    """A compiled model (``mj``) with its MjData (``data``) and the names of its objects by kind and id."""
 
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.mj, self.data = mujoco, model, mujoco.MjData(model)
@@ -99,13 +100,13 @@ class Model:
             self.names[kind] = [mujoco.mj_id2name(model, of, index) or "" for index in range(count)]
 
     def value(self, field: str, extent: str, index: int) -> Any:
-        """Return the row or the slice of an object in an array of mjModel."""
+        """Return the values of an object in the array ``field`` of mjModel, whose first dimension is ``extent``."""
         array = getattr(self.mj, field)
         data = np.frombuffer(array, np.uint8) if isinstance(array, bytes) else np.asarray(array)
         return data[self.piece(extent, index)] if extent in _PIECES else data[index]
 
     def piece(self, extent: str, index: int) -> slice:
-        """Return the slice of an object in arrays of length ``extent``, which must be in ``_PIECES``."""
+        """Return the slice for an object in arrays of mjModel whose first dimension is ``extent``, such as "nq"."""
         _, address, *sizes = _PIECES[extent]
         start = int(np.ravel(getattr(self.mj, address))[index])
         count = int(np.prod([np.ravel(getattr(self.mj, size))[index] for size in sizes]))
@@ -113,7 +114,7 @@ class Model:
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
     def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
-        """Return the (kind, id) of each object that a field refers to, or ("", value) for a plain number."""
+        """Return (kind, id) for each object that a field of an object refers to; the kind is "" for plain numbers."""
         numbers: list[float] = np.atleast_1d(self.value(field, extent, index)).tolist()
         by, *enumerations = _REFERENCES[field]
         if not enumerations:
@@ -124,7 +125,7 @@ class Model:
             kinds.append(_KIND_OF_TYPE.get(word, word if word in KINDS else ""))
         if by == "eq_type" and not kinds[0]:  # eq_objtype has the kind of both objects
             kinds = [self.mujoco.mjtObj(int(self.mj.eq_objtype[index])).name.rpartition("_")[2].lower()]
-        if field == "wrap_prm":  # a wrapping geom stores the id of its side site here
+        if field == "wrap_prm":  # a geom that a tendon wraps around stores the id of its side site here
             kinds = ["site" if kind == "geom" else "" for kind in kinds]
         return list(zip(kinds, numbers, strict=True))
 
@@ -137,7 +138,7 @@ class Model:
         return int(getattr(self.mj, "body_parentid" if kind == "body" else f"{KINDS[kind]}_bodyid")[index])
 
     def frame(self, kind: str, index: int) -> tuple[Any, Any]:
-        """Return the position (m) and rotation of an object in the world, or the anchor and axis of a joint."""
+        """Return (position in m, rotation matrix) of an object in the world; for a joint, (anchor in m, axis)."""
         pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
         return pos, turn.reshape(3, -1)
 
@@ -145,7 +146,7 @@ class Model:
         return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
 
     def vertices(self, geom: int) -> Any:
-        """Return the vertices (m) of the mesh of a geom in the world."""
+        """Return the vertices (n, 3) of the mesh of a geom, in world coordinates (m)."""
         mesh, (pos, turn) = self.mesh_of(geom), self.frame("geom", geom)
         start = int(self.mj.mesh_vertadr[mesh])
         return self.mj.mesh_vert[start : start + int(self.mj.mesh_vertnum[mesh])] @ turn.T + pos
@@ -154,18 +155,18 @@ class Model:
         return bool(self.mj.geom_contype[geom] or self.mj.geom_conaffinity[geom])
 
     def inertia(self, body: int) -> Any:
-        """Return the inertia matrix (3, 3) of a body about its centre of mass, along the body axes (kg*m^2)."""
+        """Return the inertia matrix (3, 3) in kg*m^2 of a body, about its centre of mass and along the body axes."""
         turn = rotation(self.mj.body_iquat[body])
         return turn @ np.diag(self.mj.body_inertia[body]) @ turn.T
 
 
 class Comparison:
-    """Compares two models. ``names`` has the names that the import assigned, by kind and id in the source."""
+    """A comparison of two models. ``names`` are the names that the import assigned, by kind and id in the source."""
 
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
         self.source, self.ours = Model(mujoco, source), Model(mujoco, ours)
-        self.maps: dict[str, dict[int, int]] = {}  # object ids in our model, by kind and id in the source
+        self.maps: dict[str, dict[int, int]] = {}  # by kind: id in our model for each id in the source
         self.differences: list[Difference] = []
         self.place(None)
         for kind in KINDS:
@@ -208,7 +209,7 @@ class Comparison:
         return self.differences
 
     def report(self, kind: str, index: int, field: str, text: str) -> None:
-        """Add a difference for an object in the source, or for the model if ``index`` is -1."""
+        """Add a difference for an object of the source, or for the model if ``index`` is -1."""
         name = "" if index < 0 else f"{self.source.name_of(kind, index)}: "
         self.differences.append(Difference(kind, field, f"{name}{text}"))
 
@@ -217,7 +218,7 @@ class Comparison:
             self.report(kind, index, field, f"{field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
-        """Set both models to the initial configuration, or to the same random one if ``chance`` is a generator."""
+        """Move both models to qpos0, or to the same random joint positions if ``chance`` is a generator."""
         source, first, second = self.source, self.source.data, self.ours.data
         first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
         for one, other in self.maps["joint"].items() if chance else ():
@@ -233,7 +234,7 @@ class Comparison:
                 getattr(self.mujoco, step)(model.mj, model.data)
 
     def _match(self, kind: str) -> None:
-        """Match the objects of the source to ours by name, else to the nearest object with the same signature."""
+        """Match the objects of a kind by name, else by signature and distance."""
         source, ours = self.source, self.ours
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
         found = self.maps[kind] = {0: 0} if kind == "body" else {}
@@ -261,7 +262,7 @@ class Comparison:
                 self.maps["mesh" if is_mesh else "hfield"][data[0]] = data[1]
 
     def _signature(self, model: Model, kind: str, index: int) -> Any:
-        """Return the type and references (as ids in our model) of an object; matching objects have equal signatures."""
+        """Return a key that is equal for objects of the same type with the same references."""
         prefix, values, named = KINDS[kind], list[Any](), list[tuple[str, float]]()
         named += [("body", model.body_of(kind, index))] if kind in _FRAMES else []
         for field, extent in arrays() if kind != "body" else ():
@@ -287,7 +288,7 @@ class Comparison:
                 self.report(kind, index, "", "is not in ours")
             elif name and kind not in ("mesh", "hfield") and found not in (name, self.names.get(kind, {}).get(index)):
                 self.report(kind, index, "name", f"is called {found or 'nothing'} in ours")
-        # Added objects without effect are not reported, such as the key "home" that every generated MJCF has.
+        # Do not report added objects without effect, such as the key "home" of every generated MJCF.
         heavy, solid = ours.mj.body_mass > _NO_MASS, ours.mj.geom_contype | ours.mj.geom_conaffinity
         matters: dict[str, Any] = {"body": heavy, "geom": solid, "key": [name != "home" for name in ours.names["key"]]}
         for kind in ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex"):
@@ -296,7 +297,7 @@ class Comparison:
                     self.report(kind, -1, "", f"{ours.name_of(kind, index)} is only in ours")
 
     def _field(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
-        """Compare the values of an array for two matching objects, if MuJoCo uses them."""
+        """Compare one array for a pair of matching objects, unless MuJoCo ignores the value."""
         source, ours, field = self.source, self.ours, array if extent == "nq" else array.partition("_")[2]
         if array in _REFERENCES:
             named = source.references(array, extent, one), ours.references(array, extent, other)
@@ -317,10 +318,10 @@ class Comparison:
             models = ((source.mj, one), (ours.mj, other))
             has_effect = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
         elif _OF_CONTACTS.fullmatch(array):
-            has_effect = source.collides(one)  # contact pairs have separate values
-        elif array in ("site_type", "site_size"):  # added sites: type and size have no effect
+            has_effect = source.collides(one)  # no effect on a geom that cannot collide
+        elif array in ("site_type", "site_size"):  # no effect on the sites that the export adds
             has_effect = ours.names["site"][other] not in ours.names["body"]
-        else:  # MuJoCo computes length ranges by simulation, so they need a larger tolerance
+        else:  # MuJoCo computes length ranges by simulation, so compare them with a larger tolerance
             has_effect = array != "actuator_lengthrange" or not np.allclose(theirs, own, _SIMULATED, _SIMULATED)
         if array in ("geom_size", "site_size"):
             count = _SIZES.get(int(getattr(source.mj, f"{kind}_type")[one]), 3)
@@ -331,7 +332,7 @@ class Comparison:
             self.values(kind, one, field, theirs, own)
 
     def _frames(self) -> None:
-        """Compare frames in the initial and a random configuration; skip frames below a reported body."""
+        """Compare all poses at qpos0 and at random positions, except below a body whose pose already differs."""
         moved, reported = set[int](), {("body", 0)}
         for chance in (None, np.random.default_rng(1)):
             self.place(chance)
@@ -345,7 +346,7 @@ class Comparison:
                     moved |= {body} if kind in ("body", "joint") else set()
 
     def _same_frame(self, kind: str, one: int, other: int) -> bool:
-        """Return True if two objects have the same pose in the world (meshes: vertices), else report the difference."""
+        """Return True if two objects, or the vertices of their meshes, have the same pose; else report it."""
         source, ours, before = self.source, self.ours, len(self.differences)
         (x, a), (y, b) = source.frame(kind, one), ours.frame(kind, other)
         if kind == "geom" and source.mesh_of(one) >= 0 and ours.mesh_of(other) >= 0:
@@ -358,7 +359,7 @@ class Comparison:
             return len(self.differences) == before
         if kind == "joint":
             if (joint := int(source.mj.jnt_type[one])) != int(ours.mj.jnt_type[other]):
-                return False  # ``_field`` reports the type
+                return False  # ``_field`` reports different types
             if joint not in (_FREE, _BALL) and not near(a, b):
                 self.report(kind, one, "axis", f"axis {in_words(a, b)}")
             a, y = b, x if joint in (_FREE, _SLIDE) else y
@@ -389,12 +390,16 @@ class Comparison:
                 self.report("order", -1, kind, f"the {kind}s are in another order in ours")
 
     def moves_alike(self) -> bool:
-        """Return True if none of the differences can affect motion."""
+        """Return True if no difference that was found can affect motion."""
         lost = [one for one in self.differences if one.kind in _SCENE and one.text.endswith(": is not in ours")]
         return all(one in lost or _STILL.fullmatch(f"{one.kind} {one.field}") for one in self.differences)
 
     def motion(self) -> tuple[float, str]:
-        """Return the largest difference of poses (m) or accelerations (relative) in random states, and its object."""
+        """Compute poses and accelerations of both models in random states, and compare them.
+
+        Return (largest error, name of the object). Errors of poses are in m or elements of a rotation matrix, errors of
+        joint accelerations are relative to the largest acceleration.
+        """
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
         chance, found = np.random.default_rng(1), [(0.0, "")]
         for model in (source, ours):
@@ -425,28 +430,30 @@ class Comparison:
 
 @cache
 def arrays() -> Sequence[tuple[str, str]]:
-    """Return the name and first extent of each array of mjModel that affects the simulation."""
+    """Return (name, first dimension such as "nbody") of each array of mjModel that affects the simulation."""
     fields = import_module("mujoco.introspect.structs").STRUCTS["mjModel"].fields
     extents = {field.name: str(field.array_extent[0]) for field in fields if getattr(field, "array_extent", None)}
     return [(name, of) for name, of in extents.items() if not (DERIVED.fullmatch(name) or APPEARANCE.fullmatch(name))]
 
 
 def rotation(quaternion: Any) -> Any:
-    """Return the rotation matrix of a quaternion (w, x, y, z)."""
+    """Return the rotation matrix (3, 3) of a quaternion (w, x, y, z) of any length."""
     made, numbers = np.zeros(9), np.asarray(quaternion, dtype=float)
     import_module("mujoco").mju_quat2Mat(made, numbers / (np.linalg.norm(numbers) or 1.0))
     return made.reshape(3, 3)
 
 
 def _same_position(one: Any, other: Any) -> bool:
-    """Return True if two joint positions are equal; quaternions q and -q are the same rotation."""
     if len(one) < 4:
         return near(one, other)
     return near(one[:-4], other[:-4]) and near(rotation(one[-4:]), rotation(other[-4:]))
 
 
 def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
-    """Return a boolean matrix of the geoms that can be in contact, by bits, parent filter, excludes and pairs."""
+    """Return a boolean matrix (n, n), True where two of the n geoms can be in contact.
+
+    That depends on contact bits, MuJoCo's parent filter, and the exclude and pair elements.
+    """
     index = np.array(geoms, dtype=int)
     kind, affinity, body = mj.geom_contype[index], mj.geom_conaffinity[index], mj.geom_bodyid[index]
     weld = mj.body_weldid[body]
@@ -466,7 +473,7 @@ def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
 
 
 def close(one: Any, other: Any) -> bool:
-    """Return True if two arrays have the same shape and are equal within rounding error."""
+    """Return True if two arrays have the same shape and the same values, except for rounding errors."""
     a, b = np.asarray(one), np.asarray(other)
     if a.shape != b.shape or "f" not in a.dtype.kind + b.dtype.kind:
         return a.shape == b.shape and bool((a == b).all())
@@ -475,12 +482,12 @@ def close(one: Any, other: Any) -> bool:
 
 
 def near(one: Any, other: Any) -> bool:
-    """Return True if two positions, or two rotation matrices, are equal within rounding error."""
+    """Return True if two positions (m) or two rotation matrices are equal, except for rounding errors."""
     return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= _POSE)
 
 
 def in_words(one: Any, other: Any) -> str:
-    """Format two values for a message, or the sizes of long arrays."""
+    """Format two different values for a message; long arrays are replaced by their lengths."""
     a, b = np.ravel(one), np.ravel(other)
     if max(a.size, b.size) > _SHOWN:
         return f"differs: {a.size} numbers in the source, {b.size} in ours"

@@ -1,16 +1,17 @@
-"""Compute the ``<exclude>`` and ``<pair>`` elements: links that must not collide, and shapes that may collide.
+"""Compute the ``<exclude>`` elements for links that must not collide, and the ``<pair>`` elements for shapes that may.
 
-MuJoCo's parent filter removes all contacts between a group of welded bodies and the group of its parent, if both can
-move. That is too much: a camera fixed to the wrist can collide with the gripper. Therefore, for each joint,
+By default, MuJoCo filters all contacts between two groups of welded bodies that a joint connects, if both can move.
+That is too much: a camera fixed to the wrist can collide with the gripper. ``<pair>`` elements bypass the filter.
+Therefore, for each joint,
 
-- the two links that it connects are excluded, and links that touch at zero, in each named pose and over the whole range
-  of the joint, because a simulation would push them apart; so are links with a mesh, because meshes are not read here;
-- of all other links, the shapes that the joint can bring into contact are written as pairs, without friction.
+- the two links that it connects are excluded, because a simulation would push overlapping links apart; so are links
+  that touch at zero, in each named pose and over the range of the joint, and links with meshes (not read here);
+- for all other links, each pair of shapes that the joint can bring into contact is written, without friction.
 
-Links that cannot collide because of their contact bits (``Masks``) need neither. Pairs and excludes do not depend on
-the base, because a robot can be attached to another. Distances of convex shapes are computed with GJK (E. Gilbert,
-D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in three-dimensional
-space", 1988).
+Links that cannot collide because of their contact bits (``Masks``) need neither. The result is the same for a fixed
+and a free base, because a robot can be attached to another robot. Distances of convex shapes are computed with GJK
+(E. Gilbert, D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in
+three-dimensional space", 1988).
 
 MJX, MuJoCo on accelerators, does not load a model in which cylinders or ellipsoids can collide with boxes, meshes or
 height fields, or height fields with each other.
@@ -38,22 +39,22 @@ from .bodies import COLLISION, HFIELD, Masks, body_name, half_sizes, has_volume,
 from .unsupported import is_written, position_range
 
 NEAR = 1e-6  # m: tolerance, because rounding can separate faces that coincide
-_STEPS = 100  # maximum GJK iterations; only curved surfaces that almost touch need more
-_DONE = 1e-10  # GJK ends when the distance improves by less, relative to the distance
-# Maximum number of shape pairs for two links, because MuJoCo tests each pair in every step.
+_STEPS = 100  # maximum number of GJK iterations; only curved surfaces that almost touch need more
+_DONE = 1e-10  # relative improvement of the distance below which GJK stops
+# Maximum number of contact pairs for two links, because MuJoCo tests every pair in each time step.
 MOST = 300
-STEPS = 24  # number of steps over a joint range, to test if two links always touch
+STEPS = 24  # number of steps over a joint range to test whether two links always touch
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Solid:
-    """A convex shape with its bounding sphere (m). A sphere or capsule is a point or line with radius ``margin``."""
+    """A convex shape with its bounding sphere (m). Spheres and capsules are points and lines with radius ``margin``."""
 
     def __init__(self, shape: Shape, ball: Ball) -> None:
         self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()
         geometry, (x, y, z) = shape.geometry, (*map(abs, half_sizes(shape.geometry)), 0.0, 0.0, 0.0)[:3]
         self.margin = x if isinstance(geometry, (Sphere, Capsule)) else 0.0
-        # Half extents along the axes of the shape, without the margin (m).
+        # Half sizes (m) along the axes of the shape, without the margin.
         self.half_extents: Vector = (x, y, z)
         if isinstance(geometry, (Sphere, Capsule, Cylinder)):
             self.half_extents = (x - self.margin, x - self.margin, y)
@@ -61,13 +62,13 @@ class Solid:
 
     @cached_property
     def pieces(self) -> Sequence[Solid]:
-        """The boxes of a height map, or the solid itself."""
+        """The boxes of a height map, or the shape itself if it is convex."""
         if not isinstance(self.shape.geometry, HeightMap):
             return (self,)
         return [solid for solid in map(solid_of, self.shape.solids(MERGED)) if solid is not None]
 
     def support(self, place: Transform, direction: Vector) -> Vector:
-        """Return the farthest point of a shape with the pose ``place`` in a direction, without the margin."""
+        """Return the point of the shape at pose ``place`` that is farthest in ``direction``, without the margin."""
         (a, b, c), (d, e, f), (g, h, i) = place.rows
         x, y, z = direction
         u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
@@ -84,13 +85,13 @@ class Solid:
 
 
 def solid_of(shape: Shape) -> Solid | None:
-    """Return the solid of a shape, or None for a mesh."""
+    """Convert a shape to a solid, or return None for a mesh."""
     ball = ball_of(shape)
     return None if ball is None else Solid(shape, ball)
 
 
 def touch(fixed: Sequence[Solid], moved: Sequence[Solid], way: Transform) -> bool:
-    """Return True if two groups of solids touch; ``way`` is the pose of ``moved`` in the frame of ``fixed``."""
+    """Return True if a solid in ``fixed`` touches one in ``moved``, whose pose relative to ``fixed`` is ``way``."""
     others = [piece for solid in fixed for piece in solid.pieces]
     for solid in (piece for one in moved for piece in one.pieces):
         middle, limit = way.apply(solid.middle), solid.radius + NEAR
@@ -111,7 +112,7 @@ def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
         x, y, z = nearest
         point = minus(fixed.support(fixed.origin, (-x, -y, -z)), moved.support(there, nearest))
         ahead = dot(nearest, point)
-        # The distance is above the limit, or it no longer decreases.
+        # Stop if the distance is above the limit or no longer decreases.
         if ahead > limit * length or (simplex and length * length - ahead <= _DONE * length * length):
             return False
         nearest, simplex = _closest([*simplex, point])
@@ -121,7 +122,7 @@ def _are_close(fixed: Solid, moved: Solid, way: Transform) -> bool:
 
 
 def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
-    """Return the point of a simplex that is closest to the origin, and the vertices of its face with that point."""
+    """Return (point of a simplex closest to the origin, vertices of the smallest face with that point)."""
     is_around = len(simplex) == 4
     for index, apex in enumerate(simplex if is_around else ()):  # a flat tetrahedron cannot contain the origin
         a, b, c = (corner for at, corner in enumerate(simplex) if at != index)
@@ -136,7 +137,7 @@ def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
 
 
 def _foot(face: Sequence[Vector]) -> Vector | None:
-    """Project the origin on a point, line or triangle; return None if the projection is outside."""
+    """Return the projection of the origin onto a point, segment or triangle, or None if it is outside."""
     if len(face) == 1:
         return face[0]
     a, b, *_ = face
@@ -155,7 +156,7 @@ def _foot(face: Sequence[Vector]) -> Vector | None:
 
 
 class Geom(NamedTuple):
-    """A collision shape of a link, with the number of its geom, from 1."""
+    """A collision shape of a link. ``number`` counts the geoms of the link from 1."""
 
     link: str
     number: int
@@ -166,19 +167,23 @@ Meeting = tuple[Geom, Geom]
 
 
 class Contacts(NamedTuple):
-    """Pairs of bodies that must not collide, and pairs of shapes that can collide despite MuJoCo's parent filter."""
+    """Contacts to remove from or to add to an MJCF.
+
+    ``excluded``: names of bodies that must not collide.
+    ``pairs``: shapes that can collide although MuJoCo filters contacts between their bodies.
+    """
 
     excluded: list[tuple[str, str]]
     pairs: list[Meeting]
-    left: list[tuple[str, str]]  # links whose contacts are not written, because they need more than ``MOST`` pairs
+    left: list[tuple[str, str]]  # links without pairs, because they would need more than ``MOST``
 
 
 @of_robot
 def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
-    """Return the excludes and pairs of a robot; ``form`` is how to write height maps (see ``form_of``).
+    """Return the excludes and the contact pairs for the MJCF of a robot, with the names of bodies in the MJCF.
 
-    ``implied`` adds those that follow from joints, before the ``disabled_contacts`` of the robot.
-    The names are those of the bodies in the MJCF.
+    ``form`` is the option ``height_maps`` (see ``form_of``). If ``implied`` is false, only the ``disabled_contacts`` of
+    the description are excluded, and there are no pairs.
     """
     groups, masks = weld_groups(robot), Masks(robot, implied)
     top_of = {name: top for top, names in groups.items() for name in names}
@@ -230,13 +235,13 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
             elif frozenset(links) not in named:
                 pairs += [(one, other) for one, other in meeting if mask(one).meets(mask(other))]
     for pair in robot.disabled_contacts:
-        if masks.rolling.isdisjoint(pair):  # contact bits already keep wheels and rollers apart
+        if masks.rolling.isdisjoint(pair):  # contact bits already disable the contacts of wheels
             excluded.setdefault(frozenset(pair), pair)
     return Contacts([(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()], pairs, left)
 
 
 def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]:
-    """Return the two coordinates (m) of the centre of a shape that stay constant when a joint moves."""
+    """Return the two coordinates (m) of a shape's centre that the motion of a joint does not change."""
     point = place.apply(geom.solid.middle)
     along = dot(unit(joint.axis), point)
     if joint.type == "prismatic":
@@ -249,7 +254,7 @@ def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]
 def _always_touch(
     robot: Robot, joint: Joint, places: Mapping[str, Transform], links: tuple[str, str], meeting: Sequence[Meeting]
 ) -> bool:
-    """Return True if two links touch at zero, in each pose, and over the whole range of the joint between them."""
+    """Return True if two links touch at zero, in each named pose, and over the range of the joint."""
     one, other = (places[name] for name in links)
     mine, theirs = ({geom.number: geom.solid for geom in side}.values() for side in zip(*meeting, strict=True))
     states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
@@ -267,10 +272,13 @@ CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh
 
 
 def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
-    """Yield ((kind, kind), (link, shape index), (link, shape index)) for shapes that can touch, but not in MJX."""
+    """Find shapes that can touch in MuJoCo, but whose kinds MJX does not support, such as a cylinder and a box.
+
+    Yield ((kind, kind), (link, shape index), (link, shape index)) once for each combination of kinds.
+    """
     implied, form = output.options.get("contacts", "implied") == "implied", bodies.form_of(output)
     masks, touching = Masks(robot, implied), contacts(robot, form, implied)
-    # Index of the first shape of each kind and mask in each link.
+    # Index of the first shape in a link by (link, kind of shape, contact bits).
     looks: dict[tuple[str, str, bodies.Mask], int] = {}
     for name, (number, shape) in ((link.name, one) for link in robot.links for one in enumerate(link.collision)):
         if kind := _kind(robot, shape, form):
@@ -279,7 +287,7 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
     above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
-    world = "" if robot.has_free_base(output) else robot.root  # topmost link of the group welded to the world
+    world = "" if robot.has_free_base(output) else robot.root  # topmost link of the group fixed to the world
     kinds_here = {kind for _, kind, _ in looks}
     wanted, found = {kinds for kinds in CANNOT if kinds <= kinds_here}, set[frozenset[str]]()
     for first, second in combinations(looks, 2):
@@ -309,9 +317,9 @@ def _kind(robot: Robot, shape: Shape, form: str) -> str:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield diagnostics for actuators, and a note for kinds of shapes whose contacts MJX does not support."""
+    """Yield diagnostics for actuators, and notes about contacts between shapes that MJX does not support."""
     yield from servos.check(case, output)
-    if not case.robot.is_tree:  # other rules report kinematic loops and several roots
+    if not case.robot.is_tree:  # reported by other rules
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):
         message = f"MJX does not load the MJCF: it has no collisions between a {kinds[0]} and a {kinds[1]}, but"

@@ -1,7 +1,7 @@
 """Convert values of MuJoCo to entries of a description, with source positions and without rounding errors.
 
-``put_words`` converts attributes to the types in the schema of the description. Elements are as returned by
-``engine``: a tag, attributes as strings, and child elements. ``text_of`` formats an element as XML.
+An entry is a YAML mapping. ``put_words`` converts attributes to the types in the JSON schema of the description. A
+node is an XML element as ``engine`` returns it: a dict with a tag, attributes as strings, and child nodes.
 """
 
 import math
@@ -19,7 +19,7 @@ from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
-Words = Mapping[str, str] | None  # description key by MJCF attribute, where the names differ
+Words = Mapping[str, str] | None  # maps MJCF attributes to keys of the description where the names differ
 Node = Mapping[str, Any]
 
 DEGREE = math.pi / 180
@@ -30,12 +30,12 @@ MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def legal(name: str) -> str:
-    """Remove characters that a description does not allow in names: markup, quotes and white space."""
+    """Replace characters that are not allowed in names of a description (markup, quotes, white space) by "_"."""
     return " ".join(re.sub(r"[<>&\"'\s\x00-\x1f\x7f]+", "_", word) for word in name.split(" ") if word)
 
 
 def put_value(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
-    """Set a key of an entry, with the source position ``span``, by default the position of the value or the entry."""
+    """Set a key of an entry; the source position is ``span``, else that of the value, else that of the entry."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
 
@@ -47,7 +47,7 @@ def put_some(entry: Map, key: str, value: Any) -> None:
 
 
 def map_entry(values: Mapping[str, Any], element: Element) -> Map:
-    """Return an entry with the nonempty values (zero is not empty) and the source position of an element."""
+    """Create an entry at the source position of an element, without empty values; zero is not empty."""
     entry = Map(element.span)
     for key, value in values.items():
         if value or value == 0:
@@ -56,14 +56,14 @@ def map_entry(values: Mapping[str, Any], element: Element) -> Map:
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
-    """Set a number; its source position is item ``at`` in the attribute if that item has the same value."""
+    """Set a key to a number, at the position of item ``at`` in the attribute if equal, else of the element."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
     entry.put(key, plain(value), element.span, word[0].span if word and _equals(word[0].text, value) else element.span)
 
 
 def put_pose(entry: Map, place: Transform, element: Element) -> None:
-    """Set xyz and rpy of an entry, if they are not zero."""
+    """Set ``xyz`` and ``rpy`` of an entry, each unless it is zero."""
     xyz, rpy = tidy_vector(place.xyz), rpy_of(place.rows)
     if xyz != IDENTITY.xyz:
         put_value(entry, "xyz", numbers(xyz, element, "pos"))
@@ -72,7 +72,7 @@ def put_pose(entry: Map, place: Transform, element: Element) -> None:
 
 
 def put_source(entry: Map, status: str, note: str) -> None:
-    """Set the key "source" of an entry, which documents where the values come from."""
+    """Set the key ``source`` of an entry, which documents the origin of its values."""
     source = Map(entry.span)
     put_value(source, "status", status)
     put_value(source, "note", note)
@@ -80,14 +80,14 @@ def put_source(entry: Map, status: str, note: str) -> None:
 
 
 def put_inner(entry: Map, key: str, value: Any) -> None:
-    """Set a key in the ``mjcf`` section of an entry."""
+    """Set a key in the ``mjcf`` section of an entry, which is created if necessary."""
     inner = entry.get("mjcf") or Map(entry.span)
     put_value(inner, key, value)
     put_value(entry, "mjcf", inner)
 
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
-    """Return a list of numbers, with their source positions in the attribute if the attribute has the same values."""
+    """Create a list of numbers at the source position of each number in the attribute, or else of the element."""
     own = element.attributes.get(attribute)
     words = own.words() if own else []
     exact = len(words) == len(values) and all(map(_equals, (word.text for word in words), values))
@@ -98,7 +98,7 @@ def numbers(values: Sequence[float], element: Element, attribute: str = "") -> S
 
 
 def list_entry(values: Iterable[Any], element: Element) -> Seq:
-    """Return a list of values with the source position of an element."""
+    """Create a list of values at the source position of an element."""
     listed = Seq(element.span)
     for value in values:
         listed.put(value, element.span)
@@ -106,14 +106,15 @@ def list_entry(values: Iterable[Any], element: Element) -> Seq:
 
 
 def plain(value: float) -> float | int:
-    """Convert an integral float to int."""
+    """Convert a float without fraction to int."""
     return int(value) if value == int(value) and abs(value) < 1e15 else value
 
 
 def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, words: Words = None) -> dict[str, str]:
-    """Set the keys of an entry from attributes, in the same order; return the attributes that no key can express.
+    """Set keys of an entry from XML attributes, in order, and return the attributes that no key can express.
 
-    Attributes that are specific to MuJoCo become keys in the ``mjcf`` section of the entry.
+    ``kind`` is the name of the entry's definition in the schema. ``words`` maps attributes to keys where the names
+    differ. Attributes that only MuJoCo has are set in the ``mjcf`` section of the entry.
     """
     forms, called = schema()["$defs"][kind]["properties"], words or {}
     more = resolve(forms.get("mjcf", {})).get("properties", {})
@@ -135,7 +136,7 @@ def put_words(entry: Map, attributes: Attributes, kind: str, element: Element, w
 
 
 def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: str) -> Any:
-    """Convert an attribute to the type in the JSON schema ``form``, or return None if the value is invalid."""
+    """Convert an attribute value to the type in the JSON schema ``form``, or return None if it does not fit."""
     if form.get("$ref") == "#/$defs/name":
         return text
     if form.get("$ref") == "#/$defs/rgba":
@@ -174,7 +175,6 @@ def _equals(text: str, value: float) -> bool:
 
 
 def _place(element: Element, attribute: str, text: str) -> Span:
-    """Return the source position of an attribute if its value in the file is ``text``, else of the element."""
     own: Attribute | None = element.attributes.get(attribute)
     if own is None:
         return element.span
@@ -184,13 +184,13 @@ def _place(element: Element, attribute: str, text: str) -> Span:
 
 
 def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> list[float]:
-    """Return the numbers of an attribute; take missing numbers from ``usual``."""
+    """Return the numbers in an attribute; if it has fewer numbers than ``usual``, the rest comes from ``usual``."""
     found = [float(word) for word in attributes.get(name, "").split()]
     return [*found, *usual[len(found) :]]
 
 
 def text_of(node: Node, indent: str = "") -> str:
-    """Format an element as XML."""
+    """Format a node as XML."""
     pairs = node["attributes"].items()
     attributes = "".join(f" {name}={attribute_value(legal(text) if name == 'name' else text)}" for name, text in pairs)
     if not node["inner"]:
@@ -222,7 +222,7 @@ def tidy_angle(value: float) -> float:
 
 
 def tidy_position(value: float, slides: bool = False) -> float:
-    """Remove the rounding error of a joint position (rad, or m if ``slides``); unlike ``tidy_angle``, keep -180 deg."""
+    """Remove the rounding error of a joint position (rad, or m if ``slides``); -180 degrees are unchanged."""
     degrees = round(value / DEGREE) if math.isfinite(value) and not slides else 0
     if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING * max(1.0, abs(degrees) / 180):
         return degrees * DEGREE
@@ -236,24 +236,24 @@ def tidy_vector(values: Iterable[float]) -> Vector:
 
 
 def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:
-    """Return the transform of a position (m) and a quaternion (w, x, y, z), by default the identity, of any length."""
+    """Convert a position (m) and a quaternion (w, x, y, z) of any length, or None, to a transform."""
     x, y, z = pos
     return Transform(xyz=(x, y, z)) if quat is None else Transform.of_quaternion((x, y, z), quat)
 
 
 def rotation(quaternion: Sequence[float]) -> Rows:
-    """Return the rotation matrix, as rows, of a quaternion (w, x, y, z) of any length above zero."""
+    """Return the rotation matrix (as rows) of a quaternion (w, x, y, z) of any length above zero."""
     return transform(NO_POSE.xyz, quaternion).rows
 
 
 def rpy_of(rows: Rows) -> Vector:
-    """Convert a rotation to fixed-axis roll, pitch and yaw (rad), rounded with ``tidy_angle``."""
+    """Convert a rotation matrix to fixed-axis roll, pitch and yaw (rad), without rounding errors."""
     roll, pitch, yaw = Transform(rows).rpy()
     return tidy_angle(roll), tidy_angle(pitch), tidy_angle(yaw)
 
 
 def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
-    """Return the inertia along the axes of the link, from principal moments and the rotation of the principal axes."""
+    """Convert principal moments and the rotation of their axes to ixx ... iyz (kg*m^2) along the link axes."""
     xx, yy, zz = diagonal
     moments = along_link((xx, yy, zz, 0.0, 0.0, 0.0), Transform(rows))
     most = ROUNDING * max(map(abs, diagonal))
@@ -266,6 +266,6 @@ def is_unturned(place: Transform) -> bool:
 
 
 def pose_attributes(place: Transform) -> dict[str, str]:
-    """Convert a transform to MuJoCo's ``pos`` and ``quat`` attributes."""
+    """Return the MJCF attributes ``pos`` and ``quat`` for a transform, without ``quat`` if there is no rotation."""
     pos = {"pos": " ".join(repr(plain(tidy(value))) for value in place.xyz)}
     return pos if is_unturned(place) else pos | {"quat": " ".join(map(repr, place.quaternion()))}

@@ -1,7 +1,7 @@
-"""The program that runs in a child process, loads a file with MuJoCo, and writes the result as JSON.
+"""The program of the child process: load a file with MuJoCo and write the compiled model as JSON.
 
-MuJoCo's writer expands includes, replicas and attached models and writes angles in radians, but an element has only the
-attributes that differ from its default class. ``apply_classes`` adds the attributes of the class.
+MuJoCo's writer expands includes, replicas and attached models and writes angles in radians, but it leaves out
+attributes that an element has from its default class. ``apply_classes`` adds them.
 """
 
 import json
@@ -20,7 +20,7 @@ from rosorin_compile.source import files
 _WRITTEN_FOR = 4  # major version of MuJoCo that a generated MJCF requires
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
-# For each kind of object: mjtObj, the prefix of its arrays in mjModel, and the arrays to return.
+# For each kind of object: its name in mjtObj, the prefix of its arrays in mjModel, and the arrays to return.
 _TABLES = {
     "bodies": ("BODY", "body", "parentid pos quat mass ipos iquat inertia"),
     "joints": ("JOINT", "jnt", "bodyid type pos axis limited range qposadr dofadr actfrclimited actfrcrange"),
@@ -41,12 +41,12 @@ _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are copied unchanged
 _NO_NAME = "rosorin-compile without name "  # prefix of temporary names for objects without a name
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(inf|nan)", re.IGNORECASE)
-# Attributes whose list replaces the list of the default class. Any other list only replaces its first numbers.
+# Lists that replace the list of the default class, even if they are shorter. See ``_merged`` for all others.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 
 
 def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
-    """Run a job ("load", "prove" or "read") with the JSON in ``request_file``, and write JSON to ``answer``."""
+    """Run the job "load", "prove" or "read" on the JSON file ``request_file``, and write a JSON file ``answer``."""
     _limit(cpu_seconds)
     request, here = json.loads(Path(request_file).read_text("utf-8")), Path(answer).parent
     if job == "load":
@@ -60,14 +60,14 @@ def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
 
 
 def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
-    """Compile the MJCF at ``path``; return its contents (``_facts``) or the error (``refused``), and ``warnings``."""
+    """Compile an MJCF; return the model as a dict, or a dict with an error message (``refused``); add ``warnings``."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             spec = _spec(mujoco, path, here)
             _resolve_files(spec)
             unnamed = (thing for kind in (*HELD, "bodies", "pairs", *_LISTED) for thing in getattr(spec, kind))
-            for number, thing in enumerate(one for one in unnamed if not one.name):  # to find elements by name
+            for number, thing in enumerate(one for one in unnamed if not one.name):  # temporary, to find elements
                 thing.name = f"{_NO_NAME}{number}"
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # MuJoCo raises several types of errors
@@ -89,7 +89,7 @@ def quiet() -> Iterator[Any]:
 
 
 def load(text: str, folder: str) -> tuple[str, bool]:
-    """Load an MJCF; return (error message or "", whether the installed MuJoCo is too old for the file)."""
+    """Compile an MJCF with paths relative to ``folder``; return (error or "", True if this MuJoCo is too old)."""
     with quiet() as mujoco:
         try:
             spec = mujoco.MjSpec.from_string(text)
@@ -102,7 +102,7 @@ def load(text: str, folder: str) -> tuple[str, bool]:
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
-    """Return (message of a MuJoCo error, whether the installed MuJoCo is too old for a generated MJCF)."""
+    """Return (message, True if the installed MuJoCo is too old for a generated MJCF) for an error of MuJoCo."""
     why, version, is_unknown = str(problem), mujoco.__version__, "unrecognized" in str(problem)
     is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
     if not is_new and (is_unknown or isinstance(problem, AttributeError)):
@@ -112,7 +112,7 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 
 
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Compare the source at ``path`` with the generated ``text``: fields, and motion if no difference affects it."""
+    """Compare an imported file with the MJCF generated from it, and return the differences as JSON."""
     from .compare_models import STATES, TOLERANCE, Comparison
 
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}
@@ -138,7 +138,6 @@ def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file with any extension; ``here`` is the working directory of this process."""
     if path.suffix == ".xml":
         spec = mujoco.MjSpec.from_file(str(path))
     else:
@@ -154,7 +153,7 @@ def _spec(mujoco: Any, path: Path, here: Path) -> Any:
 
 
 def _resolve_files(spec: Any) -> None:
-    """Make the file names of assets relative to the folder of the model, as MuJoCo resolves them."""
+    """Prepend ``meshdir`` or ``texturedir`` to the file names of assets, as MuJoCo does."""
 
     def path(file: str, folder: str) -> str:
         file, folder = file.replace("\\", "/"), folder.replace("\\", "/").rstrip("/")
@@ -180,12 +179,12 @@ def _limit(cpu_seconds: int) -> None:
     for kind, most in ((resource.RLIMIT_CPU, cpu_seconds), (resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CORE, 0)):
         _, allowed = resource.getrlimit(kind)  # the hard limit, which cannot be raised
         least = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
-        grace = kind == resource.RLIMIT_CPU and least != allowed  # 1 s between the soft and the hard limit
+        grace = kind == resource.RLIMIT_CPU and least != allowed  # the hard limit is 1 s above the soft limit
         resource.setrlimit(kind, (least, least + grace))
 
 
 def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
-    """Return the compiled model as JSON by MuJoCo's field names, with contents of the file such as elements."""
+    """Return the compiled model and the elements of the file as JSON, with MuJoCo's field names."""
     has_digits = hasattr(spec.compiler, "savecompiled")
     if has_digits:  # MuJoCo 3.12 and older lack this option and write only six digits
         spec.compiler.savecompiled = False
@@ -232,9 +231,9 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
 
 
 def apply_classes(root: Any, complete_lists: bool = True) -> None:
-    """Add the attributes of default classes to the elements of an MJCF; ``root`` is an ``ElementTree.Element``.
+    """Copy the attributes of default classes to the elements below ``root``, an ``ElementTree.Element``.
 
-    As in MuJoCo, missing numbers at the end of a list are taken from the class, unless ``complete_lists`` is false.
+    Like MuJoCo, append the last numbers of a longer list in the class, unless ``complete_lists`` is false.
     """
     join = _merged if complete_lists else lambda usual, own: {**usual, **own}
     classes: dict[str, dict[str, Mapping[str, str]]] = {}
@@ -261,11 +260,7 @@ def apply_classes(root: Any, complete_lists: bool = True) -> None:
 
 
 def _elements(root: Any) -> dict[str, Any]:
-    """Return the elements of an MJCF that MuJoCo has written, with the attributes of their classes.
-
-    An element has a ``tag``, ``attributes`` and child elements (``inner``). ``bodies`` and the kinds in ``HELD`` are
-    by name; a body has only its other child elements. The sections are lists in the order of the file.
-    """
+    """Convert MuJoCo's XML to nodes (see ``convert``): by name for bodies and ``HELD``, as lists for sections."""
     apply_classes(root)
     made: dict[str, Any] = {kind: {} for kind in (*HELD, "bodies")}
     kind_of = {tag: kind for kind, tags in HELD.items() for tag in tags}
@@ -307,7 +302,7 @@ def _node(element: Any) -> dict[str, Any]:
 
 
 def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Merge the attributes of a class and of an element; a short list of the element replaces the first numbers."""
+    """Update the attributes ``usual`` with ``own``; a shorter list of numbers replaces only the first numbers."""
     made = dict(usual)
     for key, value in own.items():
         words, before = value.split(), made.get(key, "").split()

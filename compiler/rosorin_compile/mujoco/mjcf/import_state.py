@@ -32,10 +32,10 @@ _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", 
 
 
 class Markup:
-    """The main file and all included files as one document; ``files`` are in reading order.
+    """The XML of an MJCF and of all files that it includes; ``files`` are their paths in reading order.
 
-    As in MuJoCo 4.0.0, an include is resolved in the folder of the main file, else of the including file. An
-    attached model counts as a main file. ``models`` are the folders of the main file and of attached models.
+    As in MuJoCo 4.0.0, an include is searched in the folder of the main file, then in that of the including file. An
+    attached model is the main file for its includes. ``models`` are the folders of all main files.
     """
 
     def __init__(self, path: Path, options: ReadOptions) -> None:
@@ -53,7 +53,6 @@ class Markup:
         return root
 
     def _read(self, path: Path, requested: Span | None) -> Element:
-        """Parse a file as XML, or as the invalid XML that MuJoCo accepts. Raises MarkupError."""
         source = read_source(path, requested)
         try:
             document = parse(source)
@@ -67,12 +66,12 @@ class Markup:
         return document.root
 
     def _follow(self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...]) -> None:
-        """Read the files that ``root`` includes; ``known``: files of the model, ``above``: files that include it."""
+        """Read all files that ``root`` includes; ``above`` are the files that include it, to detect cycles."""
         for element in root.iter():
             file = element.attributes.get("file")
             if file is None or not file.value or element.tag not in ("include", "model"):
                 continue
-            name = file.value.replace("\\", "/")  # MuJoCo accepts both separators
+            name = file.value.replace("\\", "/")  # MuJoCo accepts both path separators
             is_adjacent = not files.is_file(main / name) and files.is_file(folder / name)
             path, is_model = folder / name if is_adjacent else main / name, element.tag == "model"
             absolute = os.path.abspath(path)  # MuJoCo compares paths without resolving symlinks
@@ -98,7 +97,7 @@ class Markup:
                 self._model(path, file.span, above)
 
     def place_of(self, name: str) -> str:
-        """Return the path of a mesh or texture of an included file or attached model, relative to the main file."""
+        """Return the path, relative to the main file, of a mesh or texture that any of the files refers to."""
         top = Path(os.path.abspath(self.models[0]))
         if posixpath.isabs(name):
             return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
@@ -106,7 +105,7 @@ class Markup:
         return posixpath.normpath(posixpath.join(Path(os.path.relpath(folder, self.models[0])).as_posix(), name))
 
     def child_elements(self, element: Element) -> Iterator[Element]:
-        """Yield the child elements of an element, with includes replaced by the elements of the included file."""
+        """Yield the children of an element, where each include is replaced by the contents of its file."""
         for child in element.children:
             if child in self.included:
                 yield from self.child_elements(self.included[child])
@@ -123,7 +122,7 @@ class Markup:
         return [self.root, *self.elements_below(self.root)]
 
     def sections(self, tag: str) -> list[Element]:
-        """Return all sections with a tag; MuJoCo merges several sections with the same tag."""
+        """Return all top-level elements with a tag; MuJoCo merges several sections with the same tag."""
         return [child for child in self.child_elements(self.root) if child.tag == tag]
 
     def first(self, tag: str) -> Element:
@@ -138,7 +137,7 @@ class Markup:
 
 
 class Places:
-    """Finds the XML element of each body, joint, geom, site, camera and light of the compiled model, by its line."""
+    """Maps the bodies, joints, geoms, sites, cameras and lights of a compiled model to XML elements, by line number."""
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
@@ -152,7 +151,7 @@ class Places:
                     containers = markup.sections("worldbody") if holder.tag == "worldbody" else [holder]
                     inside[holder] = [element for one in containers for element in self._direct(one)]
                 found = [one for one in inside[holder] if one.tag in tags and one.span.line == thing["line"]]
-                found = [one for one in found if one.get("name") == name] or found  # MuJoCo renames replicas
+                found = [one for one in found if one.get("name") == name] or found  # replicas have another name
                 found = found or [*(one for one in inside[holder] if one.tag in _MAKERS), holder][:1]
                 self.parts[kind, index] = found[min(passed[found[0], name], len(found) - 1)]
                 passed[found[0], name] += 1  # a line can have several elements
@@ -171,7 +170,7 @@ class Places:
 
 
 def check_source(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield an error for input that MuJoCo must not load: infinite or NaN numbers, pipes and devices."""
+    """Yield an error for infinite or NaN numbers and for pipes and devices, which MuJoCo must not load."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
@@ -201,7 +200,7 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
 
 
 def place(markup: Markup, message: str) -> Span:
-    """Return the source position of a MuJoCo message: the element that best matches its line number and names."""
+    """Return the position in the source that a message of MuJoCo refers to, by its line number and quoted names."""
     line, tag = re.search(r"\bline (\d+)", message), re.search(r"Element '([^']+)'", message)
     quoted = set(re.findall(r"'([^']+)'", message)) - {tag[1] if tag else ""}
     found: list[tuple[int, Span]] = [(0, markup.root.span)]
@@ -220,11 +219,11 @@ def place(markup: Markup, message: str) -> Span:
 
 
 class ImportState:
-    """The state of converting an MJCF to a description.
+    """The state of converting an MJCF to a description (``tree``, with its sections ``links`` and ``joints``).
 
-    ``links`` and ``joints`` are sections of ``tree``. ``link_of`` has the link of each body by body id; body 0 is the
-    world, which is a link only if ``ground`` is true. ``joint_of`` has the name of each hinge and slide by id,
-    ``ball_of`` of each ball. ``servos`` has the joint of each position servo by actuator id.
+    ``link_of`` has the link of each body id. Body 0, the world, is a link only if ``ground`` is true. ``joint_of`` has
+    the name of each hinge and slide by joint id, ``ball_of`` that of each ball. ``servos`` has the joint id of each
+    position servo by actuator id.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -233,17 +232,17 @@ class ImportState:
         self.tree, self.links, self.joints, self.materials = (Map(markup.root.span) for _ in range(4))
         self.link_of, self.joint_of, self.ball_of = dict[int, str](), dict[int, str](), dict[int, str]()
         self.material_of, self.actuator_of, self.servos = dict[int, str](), dict[int, str](), dict[int, int]()
-        self.in_order = True  # whether the export would write the actuators in the same order
-        self.sensor_order: list[str] = []  # sensor names in order, if the export would reorder them
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # (joint, value, source position) by limit
-        self.scene: list[tuple[str, Span]] = []  # objects of the world, which are not parts of the robot
+        self.in_order = True  # False if the export would reorder the actuators
+        self.sensor_order: list[str] = []  # names in the order of the file if the export would change it
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # placeholder limits (joint, value, source span)
+        self.scene: list[tuple[str, Span]] = []  # (tag, span) of world objects that are not imported
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
         self.of_scene: set[tuple[str, str]] = set()  # (kind, name) of scene objects and assets that are kept as XML
-        self.taken: dict[str, set[str]] = {"link": set()}  # names, by kind
+        self.taken: dict[str, set[str]] = {"link": set()}  # reserved names by kind of object
         self.renamed: dict[str, dict[str, str]] = {}
         self.given: dict[str, dict[int, str]] = {}
-        # Elements that are kept as XML: element, description for messages, source position, and link or "".
+        # Elements kept as XML: (node, description for messages, source position, link or "" for the top level).
         self.elements: list[tuple[Node, str, Span, str]] = []
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
@@ -254,7 +253,7 @@ class ImportState:
         self.free_base = not self.ground and held == [FREE]
 
     def unique(self, kind: str, name: str) -> str:
-        """Return a name, with a number appended if an object of the same kind already has it."""
+        """Reserve a name for an object of a kind and return it, with a number appended if it is already taken."""
         taken, word = self.taken.setdefault(kind, set()), convert.legal(name) or "unnamed"
         names = (f"{word}_{count}" if count > 1 else word for count in range(1, len(taken) + 2))
         given = next(one for one in names if one not in taken)
@@ -262,7 +261,7 @@ class ImportState:
         return given
 
     def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
-        """Return a unique name for an object, based on its ``name`` in the file, or on ``made_up`` if that is empty."""
+        """Reserve a unique name for an object: its ``name`` in the file, or ``made_up`` if that is empty."""
         given = self.unique(kind, name or made_up)
         if index >= 0:
             self.given.setdefault(kind, {})[index] = given
@@ -277,14 +276,14 @@ class ImportState:
         return self.renamed.get(kind, {}).get(name) or convert.legal(name)
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
-        """Keep an element as XML, in a link or at the top level of the description."""
+        """Keep a node as XML in a link or at the top level of the description; ``tag`` describes it in a message."""
         self.elements.append((node, tag, span, link))
 
     def keep_in_section(self, section: str, node: Node, tag: str, span: Span) -> None:
         self.keep({"tag": section, "attributes": {}, "inner": [node]}, tag, span)
 
     def elements_of(self, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
-        """Return the source XML element of each item in ``nodes``; elements of attached models are found by name."""
+        """Return the XML element of each node of a section; elements of attached models are found by name."""
         found = self.markup.section_elements(section, tag)
         if len(found) == len(nodes):
             return found
@@ -294,7 +293,7 @@ class ImportState:
     def put_words(
         self, entry: Map, attributes: Attributes, kind: str, element: Element, what: str, words: Words = None
     ) -> None:
-        """Set the keys of an entry from attributes; report attributes that no key can express as lost from ``what``."""
+        """Set keys of an entry from attributes, and report the attributes of ``what`` that have no key."""
         for name in convert.put_words(entry, attributes, kind, element, words):
             self.report_lost(f'"{name}" of {what}', element.span)
 
@@ -308,7 +307,7 @@ class ImportState:
         self.note("import-changed", message, span)
 
     def add(self, section: Map, name: str, element: Element) -> Map:
-        """Add an empty entry to a section, with the source position of an element, and return it."""
+        """Add an empty entry to a section, at the source position of an element, and return it."""
         entry, own = Map(element.span), element.attributes.get("name")
         section.put(name, entry, own.span if own and own.value == name else element.span, element.span)
         return entry

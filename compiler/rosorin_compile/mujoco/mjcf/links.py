@@ -1,12 +1,12 @@
 """Import bodies as links with inertials, sites, cameras and lights, and import joints and actuators.
 
 In MuJoCo, a body can have several joints at any position; in a description, each joint moves one link. A URDF requires
-limits that an MJCF may not have, so missing limits become stand-ins.
+limits that an MJCF may not have, so missing limits are replaced by placeholder values (``stand_ins``).
 
 - If the ``pos`` of a joint is not the origin of its body, a link is added at ``pos``, and the body is fixed to it.
 - Several joints in one body become a chain of massless links, in MuJoCo's order.
 - If the position of a joint in the file (``ref``) is not zero, its origin is moved to where the joint is at zero.
-- A free joint of the only top-level body becomes the output option ``base: free``, other free joints are floating.
+- A free joint of the only top-level body becomes the output option ``base: free``. Other free joints are floating.
 
 The first actuator of a joint is imported into the entry of the joint, all others into ``actuators``. MuJoCo compiles
 ``<position>``, ``<velocity>`` and ``<motor>`` to ``<general>``, which is converted back if the numbers match.
@@ -32,11 +32,11 @@ from .import_state import BALL, FREE, HINGE, SLIDE, ImportState
 from .unsupported import LEAST, LEAST_EIGENVALUE
 
 NO_MASS = 1e-12  # kg: a smaller mass is imported as zero, because files use it to make MuJoCo accept massless bodies
-_EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # values for missing limits: N*m or N, rad/s or m/s, m
-_SAME = 1e-9  # relative error of an inertia that MuJoCo has diagonalized
-_UNFELT = 1e6  # a massless link with an inertia smaller by this factor has no effect
+_EFFORT, _VELOCITY, _TRAVEL = 1000.0, 10.0, 1000.0  # replace missing limits (N*m or N; rad/s or m/s; m)
+_SAME = 1e-9  # relative tolerance for inertias, because MuJoCo diagonalizes them
+_UNFELT = 1e6  # added massless links do not affect a body with an inertia that is larger by this factor
 _POSED = ("name", "pos", "quat")
-# Sections of a link for sites, cameras and lights, with the MJCF tag and the schema of the entry.
+# For each of these keys of a link: MJCF tag of the entries, name of their definition in the schema.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
 # Joint attributes that are not copied from the XML, because they come from the compiled model or the joint type.
 _READ = {"name", "type", "pos", "axis", "range", "limited", "ref", "springref"}
@@ -47,7 +47,7 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 def name_all(state: ImportState) -> None:
-    """Assign unique names to links and joints: the name in the file, or one derived from an adjacent body."""
+    """Assign unique names to all links and joints; unnamed ones are named after an adjacent body or joint."""
     (_, *bodies), joints = enumerate(state.facts["bodies"]), state.facts["joints"]
     for index, body in ((index, body) for index, body in bodies if body["name"]):
         link = state.link_of[index] = state.unique("link", body["name"])
@@ -64,7 +64,7 @@ def name_all(state: ImportState) -> None:
         made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
         state.link_of[index] = state.unique("link", made_up)
     named = {BALL: state.ball_of, SLIDE: state.joint_of, HINGE: state.joint_of}
-    for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # existing names have priority
+    for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # names in the file first
         if joint["type"] in named:
             name = state.unique("joint", joint["name"] or f"{state.link_of[joint['bodyid']]}_joint")
             named[joint["type"]][index] = name
@@ -72,7 +72,7 @@ def name_all(state: ImportState) -> None:
 
 
 def add_links(state: ImportState) -> None:
-    """Add a link with its inertial for every body, and one for the world if needed (``ground``)."""
+    """Add a link with its inertial for every body, and a link for the world if ``state.ground`` is true."""
     if state.ground:
         state.add(state.links, state.link_of[0], state.places.body(0))
     light = []
@@ -96,7 +96,6 @@ def add_links(state: ImportState) -> None:
 
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
-    """Return mass and inertia from the file, or as MuJoCo computed them from the geoms."""
     entry, written = Map(element.span), body.get("written")
     convert.put_number(entry, "mass", convert.tidy(body["mass"]), element, "mass")
     place, rows = convert.tidy_vector(written["pos"] if written else body["ipos"]), convert.rotation(body["iquat"])
@@ -104,7 +103,7 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     is_turned = list(convert.full_inertia((1.0, 2.0, 3.0), rows).values()) != [1, 2, 3, 0, 0, 0]
     if written and written["full"] is not None:
         full = dict(zip(convert.MOMENTS, written["full"], strict=True))
-        # Compiler settings such as boundmass and balanceinertia can change the inertia in the file.
+        # Use the inertia in the file, unless compiler settings such as balanceinertia changed it.
         most = _SAME * max(map(abs, moments.values()))
         moments = full if all(abs(full[key] - moments[key]) <= most for key in full) else moments
     elif is_turned and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
@@ -122,10 +121,7 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 
 
 def add_marks(state: ImportState) -> None:
-    """Add the sites, cameras and lights of every link; those of the world are scene objects unless the world is a link.
-
-    Elements that a description cannot express are kept as XML.
-    """
+    """Add the sites, cameras and lights of all links, or keep them as XML if no entry can express them."""
     marks = [(kind, index, thing) for kind in _MARKS for index, thing in enumerate(state.facts[kind])]
     for kind, index, thing in marks:
         (tag, form), node, element = _MARKS[kind], thing["element"], state.places.place_of(kind, index)
@@ -137,7 +133,7 @@ def add_marks(state: ImportState) -> None:
         more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
         is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
         if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
-            continue  # the export adds a site with the name of every link
+            continue  # the export adds this site to every link
         clashes = tag == "site" and name in state.taken["link"]
         called = state.name(tag, f"{name}_site" if clashes else name, f"{link}_{tag}", index)
         if clashes:
@@ -158,7 +154,7 @@ def add_marks(state: ImportState) -> None:
 
 
 def add_joints(state: ImportState) -> None:
-    """Add the joints between every body and its parent, and report stand-ins and bodies that are too light."""
+    """Add the joints between each body and its parent; report placeholder limits and very light bodies."""
     light, drives = [], _drives_of(state)
     for index, body in enumerate(state.facts["bodies"]):
         if index == 0 or body["parentid"] not in state.link_of:
@@ -190,14 +186,14 @@ def add_joints(state: ImportState) -> None:
 
 
 def add_root(state: ImportState) -> None:
-    """Set the pose of the only top-level body in the world, and the name and dynamics of its free joint."""
+    """Add the section ``root``: the world is the root link, or the pose and free joint of the only top-level body."""
     if state.ground:
         convert.put_value(state.tree, "root", convert.map_entry({"world": True}, state.places.body(0)))
         return
     top = state.tops[0]
     body, element = state.facts["bodies"][top], state.places.body(top)
     entry, place = Map(element.span), convert.transform(body["pos"], body["quat"])
-    if state.free_base:  # by default, the export would place the robot on the floor
+    if state.free_base:  # write even zero, because the default is a robot that stands on the floor
         convert.put_value(entry, "xyz", convert.numbers(convert.tidy_vector(place.xyz), element, "pos"))
     convert.put_pose(entry, place, element)
     if state.free_base:
@@ -213,10 +209,10 @@ def add_root(state: ImportState) -> None:
 def _add_chain(
     state: ImportState, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Mapping[int, Drive]
 ) -> None:
-    """Add the hinges, slides and balls of a body with pose ``place`` in its parent, and massless links between them."""
+    """Add the joints of a body, with massless links between them; ``place`` is its pose in its parent."""
     body, element = state.link_of[index], state.places.body(index)
     above = state.link_of[state.facts["bodies"][index]["parentid"]]
-    at = _ORIGIN  # position of the last link of the chain, in the frame of the body
+    at = _ORIGIN  # position (m) of the last link of the chain in the frame of the body
     for number, (which, joint) in enumerate(held, 1):
         kind, span = joint["type"], state.places.place_of("joints", which)
         name = (state.ball_of if kind == BALL else state.joint_of)[which]
@@ -244,7 +240,7 @@ def _add_chain(
 
 
 def _put_details(state: ImportState, which: int, entry: Map, element: Element, ref: float, drive: Drive) -> None:
-    """Set the limit, dynamics and actuator of a joint with the initial position ``ref`` (rad or m)."""
+    """Set limit, dynamics and actuator of a joint; ``ref`` is its position (rad or m) at the pose in the file."""
     joint = state.facts["joints"][which]
     name, attributes, kind = (state.ball_of | state.joint_of)[which], joint["element"]["attributes"], joint["type"]
     limit, missing, slides = Map(element.span), list[str](), kind == SLIDE
@@ -282,7 +278,7 @@ def _put_details(state: ImportState, which: int, entry: Map, element: Element, r
     if drive.entry is not None:
         convert.put_value(entry, "actuator", drive.entry)
     low, high = joint["actfrcrange"]
-    # An effort limit cannot express an asymmetric force range, or one that repeats the range of the actuator.
+    # Keep a range that is asymmetric, or that the export would omit because the actuator has the same limit.
     is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
     if joint["actfrclimited"] and (low != -high or is_repeated):
         rest["actuatorfrcrange"] = f"{low!r} {high!r}"
@@ -302,15 +298,15 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 _TARGETS = tuple(TARGETS.values())
-_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # any other target: site
+_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # default: site
 _ACTUATOR_WORDS = {word: key for key, word in TARGETS.items()} | {"forcerange": "force"}
-# Attributes that determine the type of an actuator, and attributes read from the compiled model instead of the XML.
+# Attributes that determine the type of an actuator, and attributes that are read from the compiled model.
 _OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")
 _ACTUATOR_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TARGETS)
 
 
 class Drive(NamedTuple):
-    """The actuator of a joint: maximum effort (N*m or N), description entry, and velocity limit (rad/s or m/s)."""
+    """A joint's actuator: maximum effort (N*m or N), its entry, and velocity limit of the joint (rad/s or m/s)."""
 
     effort: float | None = None
     entry: Map | None = None
@@ -318,7 +314,7 @@ class Drive(NamedTuple):
 
 
 def _drives_of(state: ImportState) -> dict[int, Drive]:
-    """Return the first actuator of each hinge or slide by joint index, and add all others to the description."""
+    """Return the first actuator of each joint by joint id, and add all others to the section ``actuators``."""
     nodes, drives = state.facts["elements"]["actuators"], dict[int, Drive]()
     others, in_joints, kept = Map(state.markup.root.span), list[int](), list[Element]()
     elements = state.elements_of("actuator", nodes)
@@ -408,7 +404,7 @@ def _fill(
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
-    """Return (type of an actuator according to the attributes, gains, remaining attributes)."""
+    """Return (actuator type that the attributes of a <general> are equivalent to, its gains, other attributes)."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off

@@ -1,7 +1,7 @@
 """Run MuJoCo in a child process: read a file, load a generated MJCF, and compare an imported MJCF with its source.
 
-MuJoCo is native code, and some files make it crash, hang or use all memory. In a child process, that results in an
-error message. The child process costs 20 ms, and loading MuJoCo 300 ms.
+MuJoCo is native code, and some files make it crash, hang or use all memory. In a child process, such a file only
+causes an error message. Starting the process takes 20 ms, and loading MuJoCo 300 ms.
 """
 
 import json
@@ -25,7 +25,7 @@ from rosorin_compile.source.system import is_installed, pip_install
 from . import FILE
 
 SECONDS = 60  # CPU time limit, which the child process enforces
-_PATIENCE = 5  # wall-clock limit as a multiple of the CPU limit, because the process may wait for files
+_PATIENCE = 5  # ratio of the wall-clock limit to the CPU limit, because the process may wait for files
 
 _TOP = str(files.resolve(__file__).parents[3])  # the folder that contains the package
 # Use -c, because -m would import modules from the working directory, which may be untrusted.
@@ -37,7 +37,7 @@ _START = (
 
 
 _GONE = r".*: is not in ours$"
-# Patterns for the differences ("KIND FIELD: TEXT") that an import message explains, by a phrase in that message.
+# Patterns of expected differences ("KIND FIELD: TEXT"), by a phrase in the import message that explains them.
 LISTED = {
     "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
     r"|contact : body world and .* may touch only in the source$",
@@ -59,7 +59,10 @@ _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-sta
 
 
 class Answer(NamedTuple):
-    """The compiled model or an error (``refusal``): ``own`` if not from MuJoCo, ``missing`` if a package is missing."""
+    """The result of loading an MJCF: the compiled model as JSON (``facts``), or an error message (``refusal``).
+
+    ``own`` is true if the error is not from MuJoCo, ``missing`` if a Python package is not installed.
+    """
 
     facts: dict[str, Any] | None
     warnings: tuple[str, ...] = ()
@@ -70,7 +73,7 @@ class Answer(NamedTuple):
 
 
 def ask(path: Path, seconds: int = SECONDS) -> Answer:
-    """Load the MJCF at ``path`` with MuJoCo. For an invalid file, return a refusal instead of raising."""
+    """Load an MJCF in a child process with a limit on its CPU time, and return the compiled model or the error."""
     system.needs("resource", system.NO_LIMITS)
     answer = _in_child("read", {"path": str(files.resolve(path))}, seconds)
     if isinstance(answer, Answer):
@@ -83,7 +86,7 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
 
 
 def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
-    """Load a generated MJCF with MuJoCo, and return the error, if any. Relative paths start in ``folder``.
+    """Load a generated MJCF with MuJoCo and return the error, if any; paths in the MJCF are relative to ``folder``.
 
     An MJCF without meshes or textures is loaded in this process, because only foreign files can crash MuJoCo.
     """
@@ -108,7 +111,7 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
 
 
 def prove(imported: ImportedRobot, text: str, meshes: Mapping[str, str], seconds: int = SECONDS) -> Proof:
-    """Compare the MJCF ``text`` generated from an import to the source; ``meshes`` maps its files to paths."""
+    """Compare an imported MJCF with ``text``, the MJCF generated from it; ``meshes`` maps file names to paths."""
     request = {"path": str(files.resolve(imported.files[0])), "text": text, "files": {**meshes}}
     answer = _in_child("prove", {**request, "names": imported.names}, seconds)
     if isinstance(answer, Answer):
@@ -129,7 +132,7 @@ def prove(imported: ImportedRobot, text: str, meshes: Mapping[str, str], seconds
 
 
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
-    """Run a job of ``engine`` in a child process in an empty folder; return its JSON, or an Answer with the error."""
+    """Run a job of ``engine`` in a child process; return its result, or an Answer if the process failed."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         file, answer = Path(folder, "request.json"), Path(folder, "answer.json")
         file.write_text(json.dumps(request), encoding="utf-8")

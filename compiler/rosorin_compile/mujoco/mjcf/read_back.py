@@ -23,19 +23,19 @@ from .write import base_name
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-Entries = Mapping[str, Mapping[str, Any]]  # attributes of elements, by name
+Entries = Mapping[str, Mapping[str, Any]]  # by element name: attributes and their values
 
 _FREE = 7
 TOP = "the world of MuJoCo"  # the parent of the root
 # Attributes of the equality constraint of a mimic joint, in the order of the export.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
-# Attributes of a sensor that name the object where it measures.
+# Sensor attributes with the name of the measured object.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 
 
 @dataclass(frozen=True)
 class Mjcf:
-    """The contents of an MJCF: the robot, attributes of elements by name, and pairs of links ("arm - base")."""
+    """The contents of an MJCF: a robot, attributes of elements by name, and pairs of links such as "arm - base"."""
 
     robot: model.Robot
     link: Entries = field(default_factory=dict)
@@ -50,7 +50,7 @@ class Mjcf:
 
 
 def read(text: str) -> Mjcf:
-    """Parse a generated MJCF. Raises ValueError if it is damaged."""
+    """Parse a generated MJCF. Raises ValueError if its contents are invalid."""
     root = tree_of(text)
     worldbody = root.find("worldbody")
     if root.tag != "mujoco" or worldbody is None:
@@ -59,7 +59,7 @@ def read(text: str) -> Mjcf:
 
 
 def view(robot: model.Robot, output: model.Output) -> Mjcf:
-    """Return the contents that the MJCF of a robot must have: frames, joint limits, masses and collision shapes."""
+    """Return the contents to expect in the MJCF of a robot: frames, joint limits, masses and collision shapes."""
     links = []
     for link in robot.links:
         shapes = collision_solids(link, output)
@@ -82,7 +82,7 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     effort = joint.limit.known_value("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
-        effort = None  # defined by an MJCF attribute or an actuator instead
+        effort = None  # this limit is in another attribute or in an actuator
     limit, mimic = model.Limit(lower, upper, effort), joint.mimic
     if mimic is not None and not robot.joint[mimic.joint].moves:  # a leader that never moves is written as a constant
         mimic = Mimic("", 0.0, mimic.offset)
@@ -90,15 +90,13 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
 
 
 class _Reader:
-    """The state of parsing a file. ``owners`` has the link of each element that a sensor can refer to, by name."""
-
     def __init__(self, root: Element, worldbody: Element) -> None:
         self.root = root
         self.links: list[model.Link] = []
         self.joints: dict[str, model.Joint] = {}  # joints by the name of their child link
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         self.elements: dict[str, Element] = {}
-        self.owners: dict[str, str] = {}
+        self.owners: dict[str, str] = {}  # link of each element that a sensor can refer to, by name
         self.geoms: dict[str, str] = {}
         self.free = False
         self.meshes = {mesh.get("name", ""): mesh for mesh in root.iterfind("asset/mesh")}
@@ -161,7 +159,6 @@ class _Reader:
         return Mjcf(robot, **more)
 
     def _put(self, kind: str, name: str, path: str, element: Element) -> None:
-        """Add the attributes of an element, with numbers converted, or only its tag if it has no attributes."""
         entry = self.sections.setdefault(kind, {}).setdefault(name, {})
         if not (attributes := {key: text for key, text in element.items() if key not in ("name", "class")}):
             entry[path] = element.tag
@@ -250,7 +247,7 @@ class _Reader:
 
 
 def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> model.Joint:
-    """Return the joint of a body; several MuJoCo joints can form one planar or floating joint."""
+    """Return the joint of a body. Several MuJoCo joints can represent one planar or floating joint."""
     if not joints:
         return model.Joint("", "fixed", parent, child, place)
     joint, names = joints[0], [_text(joint, "name") for joint in joints]
@@ -282,7 +279,6 @@ def _transform(element: Element) -> model.Transform:
 
 
 def _reference(joint: Element | None) -> float:
-    """Return the joint position (rad or m) that belongs to the body pose in the file (``ref``)."""
     return 0.0 if joint is None else number_of(joint.get("ref", "0"))
 
 

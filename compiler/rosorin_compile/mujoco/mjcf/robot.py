@@ -3,8 +3,8 @@
 MuJoCo thus handles defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of
 geoms. The XML is parsed as well, for source positions, comments, and elements that are not imported.
 
-This module has the sections other than links and joints: poses, sensors, constraints, contacts, and elements kept as
-XML. A site or geom of the world is kept as well if an element refers to it and the world is not a link.
+This module imports poses, sensors, constraints and contacts, and keeps other elements as XML. If such an element
+refers to a site or geom of the world, the site or geom is kept as well, unless the world is a link.
 """
 
 import posixpath
@@ -36,7 +36,7 @@ _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anch
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
 _EQ_JOINT = 2  # mjEQ_JOINT
-_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for the values after those in STIFF
+_DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's defaults for further numbers after those in STIFF
 _FILTERED = "MuJoCo keeps neighbours apart; here links without mass are between them"
 
 
@@ -146,7 +146,6 @@ def _settings(state: ImportState) -> Map:
 
 
 def _add_poses(state: ImportState) -> None:
-    """Add keyframes as poses: nonzero positions, the pose of a free base, and controls that differ from positions."""
     elements, keys = state.markup.section_elements("keyframe", "key"), state.facts["keys"]
     poses = Map(state.markup.root.span)
     for number, (key, attributes) in enumerate(zip(keys, state.facts["elements"]["keys"], strict=False)):
@@ -165,7 +164,7 @@ def _add_poses(state: ImportState) -> None:
             )
             convert.put_pose(base, convert.transform(qpos[:3], qpos[3:7]), element)
             convert.put_value(pose, "base", base)
-        for which, name in sorted(state.actuator_of.items()):  # the default control of a servo is the position
+        for which, name in sorted(state.actuator_of.items()):  # by default, the control of a servo is its position
             fact, held = state.facts["actuators"][which], state.servos.get(which)
             control = key["ctrl"][fact["ctrladr"]]
             usual = 0.0 if held is None else fact["gear"][0] * qpos[state.facts["joints"][held]["qposadr"]]
@@ -184,7 +183,7 @@ def _add_poses(state: ImportState) -> None:
 
 
 def _is_beyond(state: ImportState, qpos: list[float], at: Mapping[str, float]) -> bool:
-    """Return True if a pose cannot express a keyframe: a mimic joint deviates, or a free or ball joint moved."""
+    """Return True if a pose needs the key ``qpos``: a mimic joint deviates, or a ball or floating joint has moved."""
     zero, floating = state.facts["qpos0"], (BALL,) if state.free_base else (BALL, FREE)
     loose = [(one["qposadr"], _SIZES[one["type"]]) for one in state.facts["joints"] if one["type"] in floating]
     if any(abs(qpos[i] - zero[i]) > _NEAR for start, size in loose for i in range(start, start + size)):
@@ -197,7 +196,7 @@ def _is_beyond(state: ImportState, qpos: list[float], at: Mapping[str, float]) -
 def _comments(state: ImportState) -> list[Comment]:
     found = [(state.places.body(index), ("links", name)) for index, name in state.link_of.items() if index]
     found += [(state.places.place_of("joints", index), ("joints", name)) for index, name in state.joint_of.items()]
-    entries: dict[Element, TreePath] = dict(reversed(found))  # reversed: the first entry has priority
+    entries: dict[Element, TreePath] = dict(reversed(found))  # reversed, because the first entry has priority
     made: list[Comment] = []
     for document in state.markup.documents:
         paths: dict[int, TreePath] = {}
@@ -210,8 +209,6 @@ def _comments(state: ImportState) -> list[Comment]:
 
 
 class _Measured(NamedTuple):
-    """A sensor at a site, with its index in the file and its name in the description."""
-
     number: int
     name: str
     node: convert.Node
@@ -226,7 +223,7 @@ def _keep_named(state: ImportState, section: str, index: int, node: convert.Node
 
 
 def _keep_of_scene(state: ImportState, kind: str, name: str) -> None:
-    """Keep a site or geom of the world as XML if the robot refers to it and it is not imported otherwise."""
+    """Keep a site or geom of the world as XML, because the robot refers to it, unless it is imported."""
     for index, thing in enumerate(state.facts[f"{kind}s"] if kind in ("site", "geom") else ()):
         is_left = not state.ground or (kind == "geom" and is_scene(thing))
         if is_left and thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in state.of_scene:
@@ -237,7 +234,7 @@ def _keep_of_scene(state: ImportState, kind: str, name: str) -> None:
 
 
 def add_sensors(state: ImportState) -> None:
-    """Add sensors that other formats support, merge those of one type at one site, and keep all others as XML."""
+    """Import sensors, one entry for all of the same type at the same site; keep sensors of other types as XML."""
     nodes, sites = state.facts["elements"]["sensors"], {site["name"]: site for site in state.facts["sites"]}
     elements = state.elements_of("sensor", nodes)
     groups: dict[tuple[str, str, str], list[_Measured]] = {}
@@ -274,7 +271,6 @@ def add_sensors(state: ImportState) -> None:
 
 
 def _sensor(state: ImportState, link: str, kind: str, name: str, members: Sequence[_Measured]) -> Map:
-    """Return the entry of a sensor with its MuJoCo elements, and a Gazebo sensor at the site of the first element."""
     first, elements, more = members[0], [], {"contact": {"feels": "sensor"}, "force_torque": {"frame": "joint"}}
     for one in members:
         attributes: dict[str, Any] = {}
@@ -298,7 +294,7 @@ def _sensor(state: ImportState, link: str, kind: str, name: str, members: Sequen
 
 
 def add_equalities(state: ImportState) -> None:
-    """Import equalities as mimic joints if possible, else as constraints."""
+    """Import equality constraints, as mimic joints if possible."""
     nodes, constraints = state.facts["elements"]["equalities"], Map(state.markup.root.span)
     elements, joints, zero = state.elements_of("equality", nodes), state.facts["joints"], state.facts["qpos0"]
     for index, (fact, node, element) in enumerate(zip(state.facts["equalities"], nodes, elements, strict=True)):
@@ -327,7 +323,7 @@ def add_equalities(state: ImportState) -> None:
 
 
 def _is_mimic(state: ImportState, fact: Mapping[str, Any]) -> bool:
-    """Return True if an equality is a linear coupling of two joints that does not form a cycle of mimic joints."""
+    """Return True if an equality couples two joints linearly, and does not close a cycle of mimic joints."""
     follower, here = (state.joint_of.get(fact[end], "") for end in ("obj1id", "obj2id"))
     if fact["type"] != _EQ_JOINT or not fact["active0"] or any(fact["data"][2:5]) or not (follower and here):
         return False
@@ -339,7 +335,6 @@ def _is_mimic(state: ImportState, fact: Mapping[str, Any]) -> bool:
 def _add_constraint(
     state: ImportState, constraints: Map, index: int, zeros: Sequence[float], node: convert.Node, element: Element
 ) -> None:
-    """Add a connect, weld or joint equality as a constraint, or keep it as XML if a description cannot express it."""
     attributes, entry = node["attributes"], Map(element.span)
     ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
     made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
@@ -367,7 +362,7 @@ def _add_constraint(
 
 
 def add_contacts(state: ImportState) -> None:
-    """Add the pairs of links that cannot collide in the file, and keep its contact pairs as XML."""
+    """Import the pairs of links that cannot collide in MuJoCo, and keep <pair> elements as XML."""
     nodes, root = state.facts["elements"]["pairs"], state.markup.root
     excludes = state.markup.section_elements("contact", "exclude")
     written = {frozenset((element.get("body1"), element.get("body2"))): element for element in excludes}
@@ -396,10 +391,10 @@ def add_contacts(state: ImportState) -> None:
 
 
 def _filtered(state: ImportState, excluded: set[frozenset[str]]) -> Iterator[tuple[list[str], Element, str]]:
-    """Yield the pairs of links that MuJoCo's parent filter keeps apart in the file, but not after the import.
+    """Yield pairs of links that MuJoCo's parent filter keeps from colliding in the source, but not after the import.
 
-    MuJoCo filters contacts between a group of welded bodies and its parent group, unless that is the world. If several
-    joints move a body, the import adds massless links, so that the parent group is no longer adjacent.
+    MuJoCo filters contacts between welded bodies and their parent group, unless that is the world. For a body with
+    several joints, the import adds massless links, so the groups are no longer adjacent.
     """
     touching = {geom["bodyid"] for geom in state.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     if state.facts["elements"]["options"].get("flag filterparent") == "disable":
@@ -420,7 +415,7 @@ def _filtered(state: ImportState, excluded: set[frozenset[str]]) -> Iterator[tup
 
 
 def add_kept(state: ImportState) -> None:
-    """Add the elements kept as XML to links or to the top level, with all objects that they refer to; report them."""
+    """Add all elements kept as XML to links or the top level, with the objects that they refer to, and report them."""
     for node in state.facts["elements"]["whole"]:
         state.keep(node, node["tag"], state.markup.first(node["tag"]).span)
     by_link: dict[str, list[convert.Node]] = {}
@@ -444,7 +439,6 @@ def add_kept(state: ImportState) -> None:
 
 
 def _keep_named_by(state: ImportState, node: convert.Node, span: Span) -> None:
-    """Keep the assets and world objects that an element and its descendants refer to."""
     for word, text in node["attributes"].items():
         _keep_of_scene(state, kind_of_name(word, node["attributes"]), text)
         if word in ASSETS:
@@ -454,7 +448,6 @@ def _keep_named_by(state: ImportState, node: convert.Node, span: Span) -> None:
 
 
 def _renamed(state: ImportState, node: convert.Node) -> convert.Node:
-    """Return an element with references renamed as in the description, and keep the materials that it uses."""
     attributes = dict(node["attributes"])
     if node["tag"] == "skin" and "file" in attributes:
         attributes["file"] = state.markup.place_of(attributes["file"])

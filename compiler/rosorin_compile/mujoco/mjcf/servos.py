@@ -21,7 +21,7 @@ _INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
 
 
 class Drive(NamedTuple):
-    """An actuator, its name, and the driven joint or None; ``in_joint`` if the entry of the joint defines it."""
+    """An actuator with its joint, if any; ``in_joint`` is true if the description defines it in the joint's entry."""
 
     name: str
     actuator: Actuator
@@ -30,7 +30,7 @@ class Drive(NamedTuple):
 
 
 def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
-    """Return the actuators in order: those listed by the output, then those of ``joints``, then all others."""
+    """Return all actuators in the order of the MJCF: as listed in the output options, then ``joints``, then others."""
     moved = [(joint, joint.actuator) for joint in joints if joint.actuator and joint.moves]
     made = [Drive(own.name or joint.name, own, joint, True) for joint, own in moved]
     made += [Drive(one.name, one, robot.joint.get(one.targets.get("joint", "")), False) for one in robot.actuators]
@@ -40,7 +40,7 @@ def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) 
 
 
 def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
-    """Return the servos that the option ``drives`` adds, one per joint without an actuator that is not a mimic joint.
+    """Return the servos that the output option ``drives`` adds for joints without an actuator, except mimic joints.
 
     Their gain is computed from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero. The natural
     frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
@@ -73,7 +73,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the control range of an actuator (servo: in rad or m, or per second), or None if unlimited."""
+    """Return the control range of an actuator (of servos in rad, m, rad/s or m/s), or None if it is unlimited."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
@@ -87,7 +87,7 @@ def aims(drive: Drive) -> tuple[float, float] | None:
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Return True if the actuators of a joint cannot exceed its effort limit, so that the joint needs no clamp."""
+    """Return True if the actuators of a joint already limit its force to ``effort`` (N*m or N)."""
     own = [joint.actuator] if joint.actuator else []
     others, total = robot.actuators if own and own[0].targets == {} else (), 0.0
     for actuator in (*own, *(one for one in others if one.targets.get("joint") == joint.name)):
@@ -112,7 +112,7 @@ def _kept(robot: Robot) -> list[FlatElement]:
 
 
 def kept_controls(robot: Robot) -> int:
-    """Return the number of controls of the actuators in elements kept as XML."""
+    """Return the number of controls of actuators in raw MJCF."""
     return sum(control_count(found.tags[-1], found.attributes) for found in _kept(robot))
 
 
@@ -126,7 +126,7 @@ def control_count(tag: str, attributes: Mapping[str, object]) -> int:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield diagnostics for actuator names and for options that list actuators, and a note on stand-ins."""
+    """Report duplicate actuator names, unknown names in the output options, and servos with an assumed strength."""
     robot, names = case.robot, dict[str, Drive]()
 
     def place_of(drive: Drive) -> tuple[str | int, ...]:

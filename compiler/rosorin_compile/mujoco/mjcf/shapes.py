@@ -25,8 +25,8 @@ _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = r
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _CARRIED = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
 _HIDDEN = 3  # the first group that viewers hide
-_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo's default colour: such a geom uses the colour of its material
-# Geom attributes that the shape, its pose, its appearance and the mass of the link already express.
+_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo's default; a geom of this colour has the colour of its material
+# Geom attributes that are imported as the shape, pose or appearance, or as the mass of the link.
 _READ = {"name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"}
 _READ |= {"fitscale", "contype", "conaffinity", "rgba", "material", "group"}
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
@@ -77,7 +77,6 @@ def add_shapes(state: ImportState) -> None:
 
 
 def _put_more(state: ImportState, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str) -> None:
-    """Set the MuJoCo attributes of a shape; if a geom becomes two shapes, set each attribute on only one of them."""
     attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
@@ -96,12 +95,11 @@ def _put_more(state: ImportState, geom: Thing, shape: Map, element: Element, pur
 
 
 def _colour(thing: Thing) -> list[float]:
-    """Return the colour of a geom or material, rounded because MuJoCo stores 32-bit floats."""
     return [convert.tidy(round(value, 7)) for value in thing["rgba"]]
 
 
 def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
-    """Return a geom as an element to keep as XML, without mass, and with the pose of its mesh file, if any."""
+    """Return a geom as a node to keep as XML, without mass; a mesh has the pose of the frame of its file."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):
@@ -111,7 +109,7 @@ def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
 
 
 def keep_asset(state: ImportState, kind: str, name: str, span: Span) -> None:
-    """Keep an asset as XML for an element that refers to it, unless it is already kept."""
+    """Keep an asset as XML, unless it is kept already; ``span`` is the position of the element that refers to it."""
     node = _asset(state, kind, name)
     if not node["attributes"] or (kind, name) in state.of_scene:
         return
@@ -139,7 +137,7 @@ def _is_carried(state: ImportState, geom: Thing) -> bool:
 
 
 def is_scene(geom: Thing) -> bool:
-    """Return True if a geom is the ground of the scene."""
+    """Return True if a geom is a plane or height field of the world, and so the ground of the scene."""
     return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
 
 
@@ -183,7 +181,7 @@ def _shape(state: ImportState, geom: Thing, element: Element) -> Map:
 
 
 def _mesh_file(mesh: Thing) -> str:
-    """Return the file of a mesh, or "" without a file, or if rotation and nonuniform scale do not commute."""
+    """Return the file of a mesh, or "" if it has none or its rotation and nonuniform scale do not commute."""
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
     return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
@@ -208,7 +206,6 @@ def _put_look(state: ImportState, geom: Thing, shape: Map, element: Element) -> 
 
 
 def _more_of_material(state: ImportState, material: Thing) -> dict[str, str]:
-    """Return the attributes of a material that only MuJoCo supports, without its colour and (if possible) its image."""
     attributes = _asset(state, "material", material["name"])["attributes"]
     texture = attributes.get("texture", "")
     image, written = _asset(state, "texture", texture)["attributes"], state.markup.find("asset", texture)
@@ -219,7 +216,7 @@ def _more_of_material(state: ImportState, material: Thing) -> dict[str, str]:
 
 
 def _material(state: ImportState, index: int) -> str:
-    """Add a material to the description, or keep it as XML if it has layers, and return its name."""
+    """Return the name of a material after adding it to the description, or as XML if it has layers."""
     material = state.facts["materials"][index]
     name = str(material["name"])
     if index in state.material_of:
@@ -243,7 +240,6 @@ def _material(state: ImportState, index: int) -> str:
 
 
 def _add_unused(state: ImportState) -> None:
-    """Add materials and meshes that no shape uses; report those of geoms of the world as part of the scene."""
     geoms, markup, assets = state.facts["geoms"], state.markup, state.facts["elements"]
     left = {geom["matid"] for geom in geoms} - {geom["matid"] for geom in geoms if _is_carried(state, geom)} - {-1}
     for index in range(len(state.facts["materials"])):

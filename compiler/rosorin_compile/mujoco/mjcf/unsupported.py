@@ -1,4 +1,4 @@
-"""Report what MJCF cannot express and what MuJoCo would not load, before the artifact is written."""
+"""Report properties of a robot that MJCF cannot express or that MuJoCo rejects."""
 
 import posixpath
 import re
@@ -22,7 +22,7 @@ MESHES = "meshes"  # folder next to the MJCF for meshes from ROS packages
 
 
 def mesh_path(file: str) -> str:
-    """Return the path of a mesh in the MJCF for its name in the description, or "" for an unsupported format.
+    """Convert the file name of a mesh to its path in the MJCF, or return "" for an unsupported format.
 
     >>> mesh_path("package://arm/visual/base.DAE"), mesh_path("base.stl"), mesh_path("base.step")
     ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
@@ -32,17 +32,16 @@ def mesh_path(file: str) -> str:
 
 
 def texture_path(file: str) -> str:
-    """Return the path of an image in the MJCF for its name in the description, or "" if it is not a PNG."""
+    """Convert the file name of an image to its path in the MJCF, or return "" if it is not a PNG."""
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == ".png" else ""
 
 
 def file_path(file: str) -> str:
-    """Return the path of a mesh or an image in the MJCF, or "" for an unsupported format."""
+    """Convert the file name of a mesh or an image to its path in the MJCF, or return "" for an unsupported format."""
     return mesh_path(file) or texture_path(file)
 
 
 def _path(file: str, more: str) -> str:
-    """Return the path of a file relative to the MJCF, with ``more`` appended if it is converted."""
     scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
         rest = rest.lstrip("/")  # package:///NAME/FILE is also valid
@@ -58,17 +57,17 @@ def _path(file: str, more: str) -> str:
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
-    """Return True if the MJCF contains a mesh: MuJoCo supports the format, and the file was found."""
+    """Return True if the MJCF contains a mesh, because MuJoCo supports its format and its file was found."""
     return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
 
 
 def is_textured(robot: Robot, texture: str) -> bool:
-    """Return True if the MJCF contains a texture, given its name in the description."""
+    """Return True if the MJCF contains an image, because it is a PNG and its file was found."""
     return bool(texture_path(texture)) and texture not in robot.missing_meshes
 
 
 def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
-    """Yield an error for each reference to a geom that was not written; ``left_out`` has the link of each one."""
+    """Yield an error for each reference in an MJCF to an omitted geom; ``left_out`` maps omitted geoms to links."""
     from html import unescape  # faster than xml.sax.saxutils, which imports http
 
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
@@ -79,7 +78,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return the position limits of a joint (rad or m), or None if the joint has no limits."""
+    """Return the position limits of a joint (rad or m), or None if it has none or never moves."""
     limit = joint.limit if joint.moves else None
     if joint.type == "continuous" or limit is None:
         return None
@@ -92,7 +91,7 @@ def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnosti
 
 
 def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for each property that MJCF cannot express; ``unpaired`` links need too many contact pairs."""
+    """Yield a diagnostic for each property that MJCF cannot express; ``unpaired`` are links without contact pairs."""
     for joint in joints:
         ends, effort = position_range(joint), joint.limit.known_value("effort") if joint.limit else None
         what, empty = f'joint "{joint.name}"', "MuJoCo ignores an empty range"
@@ -116,7 +115,7 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
             yield _omitted(message, "give it sizes above zero")
         elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
             meshes.append(shape.geometry.file)
-    if textures:  # the export writes only the colour
+    if textures:  # the MJCF has only the colour
         message = f"left out of the MJCF: {first_of(textures, 3)}; MuJoCo opens textures that are PNG files"
         yield _omitted(message, "save it as PNG, and name the new file", NOTE)
     if meshes:
@@ -132,13 +131,13 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
 
 
-# Smallest mass (kg) and moment (kg*m^2) of a moving body, and smallest moment of a fullinertia (MuJoCo 4.0.0).
+# Minima of MuJoCo 4.0.0: mass (kg) and moments (kg*m^2) of a moving body, principal moments of a fullinertia.
 LEAST = 1e-15
 LEAST_EIGENVALUE = 1e-14
 
 
 def has_mass(inertial: Inertial) -> bool:
-    """Return True if an inertial has a mass or an inertia."""
+    """Return True if the mass or a moment or product of inertia is not zero."""
     return bool(inertial.mass or inertial.ixx or inertial.iyy or inertial.izz) or has_products(inertial)
 
 
@@ -148,23 +147,22 @@ def has_products(inertial: Inertial) -> bool:
 
 
 def along_link_of(inertial: Inertial) -> Inertia:
-    """Return the inertia along the axes of the link: xx yy zz xy xz yz (kg*m^2)."""
+    """Return the inertia (kg*m^2) along the axes of the link as (xx, yy, zz, xy, xz, yz)."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     return along_link(six, inertial.pose.transform())
 
 
 def _moves(robot: Robot, names: Sequence[str]) -> bool:
-    """Return True if one of the links has the mass and moments that MuJoCo requires for a moving body."""
     inertials = (robot.link[name].inertial for name in names)
     return any(one and one.mass >= LEAST and one.principal_moments[0] >= LEAST for one in inertials)
 
 
 @of_robot
 def weightless(robot: Robot, free: bool) -> list[str]:
-    """Return the massless links that a joint moves and that further joints connect to a link with mass.
+    """Return the massless links between joints. They get a minimal mass, because MuJoCo rejects moving massless bodies.
 
-    The import creates them for a body with two joints. MuJoCo rejects moving bodies without mass, so they get the
-    smallest mass that it accepts, which does not change the motion of links that are some 10^12 times heavier.
+    The import adds such links to bodies with several joints. The minimal mass does not change the motion of links that
+    are some 10^12 times heavier. ``free`` is true if the base has a free joint.
     """
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
@@ -172,7 +170,7 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     heavy, without = set[str](), list[str]()
     for top in reversed(groups):
         joint = robot.joint_to.get(top)
-        if top in heavy and top not in massive and (free or top != robot.root):  # no joint moves the root
+        if top in heavy and top not in massive and (free or top != robot.root):  # the root only moves if it is free
             without.append(top)
         if joint is not None and (top in heavy or _moves(robot, groups[top])):
             heavy.add(top_of[joint.parent])
@@ -180,7 +178,7 @@ def weightless(robot: Robot, free: bool) -> list[str]:
 
 
 def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for names and masses that MuJoCo rejects or changes; ``free``: the base has a free joint."""
+    """Report names and masses that MuJoCo rejects or changes; ``free`` is true if the base has a free joint."""
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         site = part.name if part.element == "site" else ""
         if part.kind == SENSOR_ELEMENT:

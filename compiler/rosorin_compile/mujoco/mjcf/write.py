@@ -1,14 +1,14 @@
 """Write the MJCF of a robot for MuJoCo 4, without floor and light, to be included or attached in a scene.
 
-Every link becomes a body, with a site of the same name in the frame of the link. Static transforms that other nodes
-publish become bodies as well, if the description has their poses. About the format (MuJoCo 4.0.0, XMLreference):
+Every link becomes a body, with a site of the same name in the frame of the link. Static transforms that other ROS
+nodes publish become bodies as well, if the description has their poses. About the format (MuJoCo 4.0.0, XMLreference):
 
 - Rotations are quaternions (w x y z), because ``euler`` has a configurable order. A geom without a mass would get
   the density of water, so every geom has density 0. The torque of a joint is clamped once, at the joint.
 - A free joint is only allowed at the top of the tree. Elsewhere, a floating joint becomes three slides and a ball. A
   planar joint becomes two slides and a hinge. ``mimic`` becomes an equality constraint, which is soft.
-- Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there are no visuals,
-  or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
+- Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide, but in group 0 if there are no
+  visuals, or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
 """
 
 from collections import Counter
@@ -48,7 +48,6 @@ _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
-    """Return the attributes of the MuJoCo joints that represent a planar, floating or ball joint, in order."""
     is_free = bodies.is_free(printer.robot, joint)
     if is_free or joint.type == "ball":
         return [attributes(name=joint.name, type="free" if is_free else "ball", **_inner(joint, printer))]
@@ -60,7 +59,7 @@ def _several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
 
 
 def base_name(joint: model.Joint, robot: model.Robot) -> str:
-    """Return the name prefix of the MuJoCo joints for a joint, with underscores appended if it is taken."""
+    """Return the common name prefix of the MuJoCo joints that represent a planar or floating joint."""
     base = joint.name
     while any(base + end in robot.joint for end in {*bodies.PLANAR, *bodies.FLOATING}):
         base += "_"
@@ -90,7 +89,6 @@ def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
 
 
 def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the constraint of each mimic joint, constant if the leader never moves."""
     made = []
     for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
         leader = robot.joint[mimic.joint]
@@ -108,10 +106,10 @@ def _followers(robot: model.Robot, joints: Sequence[model.Joint], number: Number
 def _keys(
     robot: model.Robot, joints: list[model.Joint], drives: list[Drive], base: Callable[[JointPose], model.Pose] | None
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return (name, qpos, ctrl, other attributes) of each keyframe; ``base`` returns the pose of a free base.
+    """Return (name, qpos, ctrl, other attributes) for each keyframe; ``base`` returns the pose of a free base.
 
-    The first key is home, which is added if the robot can move. The keys of an imported robot have the order of its
-    source, with added keys at the end, because simulators start with the first one.
+    The first key is home, which is added if the robot can move. The keys of an imported robot keep their order, and
+    home is added at the end, because simulators start with the first key.
     """
     made, home, others = [], home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
     poses = (home, *others)
@@ -126,7 +124,7 @@ def _keys(
         ctrl: list[float] = []
         for drive in drives:
             control, moved, gear = 0.0, drive.joint, drive.actuator.gear
-            if drive.actuator.type == POSITION and moved is not None and moved.moves:  # the servo holds the pose
+            if drive.actuator.type == POSITION and moved is not None and moved.moves:  # a position servo holds the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
             count = control_count(drive.actuator.type, drive.actuator.mjcf)
             ctrl += [pose.controls.get(drive.name, control), *[0.0] * count][:count]
@@ -140,22 +138,22 @@ def _keys(
     return made
 
 
-# Maximum indentation in levels; otherwise, the file size of a long chain of links would be quadratic.
+# Maximum indentation in levels, because the indentation of a long chain of links would fill most of the file.
 DEEPEST = 30
 OPTION = {"integrator": "implicitfast"}  # default simulation options
 # Options for a robot on wheels or feet, which would otherwise creep down a slope: a robot with four mecanum wheels
 # creeps 30 mm in 5 s at 10 degrees, and 7 mm with these options.
 STANDING = {"cone": "elliptic", "impratio": 100}
-# Options for wheels without rollers: with them, friction slows down turning by 3 % instead of 24 % (TurtleBot3).
+# Options for wheels without rollers: the TurtleBot3 turns 3 % too slowly with these options, and 24 % without.
 PLAIN_WHEELS = {"cone": "elliptic"}
 
-# A geom for massless bodies: without it, MuJoCo would compute their fluid forces for a box of several metres.
+# A tiny geom for massless bodies, because MuJoCo would otherwise compute fluid forces for a box of several metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
 
 
 class Frame(NamedTuple):
-    """A frame in the tree: a link, or the child of a static transform of another ROS node (``link`` is None)."""
+    """A frame in the tree: a link, or (if ``link`` is None) the child of a static transform of another ROS node."""
 
     name: str
     depth: int
@@ -165,7 +163,7 @@ class Frame(NamedTuple):
 
 
 def write(robot: model.Robot, output: model.Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the MJCF of a robot, and diagnostics for what MJCF cannot express and MuJoCo would not load."""
+    """Return (MJCF of a robot, diagnostics about properties that MJCF cannot express or that MuJoCo rejects)."""
     number, free, frames = number_format(output.options), robot.has_free_base(output), list(_walk(robot))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
@@ -244,7 +242,6 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
-    """Yield every frame, parents before children; joints come before static transforms of other ROS nodes."""
     edges: dict[str, list[tuple[str, model.Pose]]] = {}
     known = set(robot.link)
     for edge in robot.edges:
@@ -274,12 +271,6 @@ def _inertial(inertial: model.Inertial, number: NumberFormat) -> Markup:
 
 
 class _Geoms:
-    """Formats the geoms of links, named LINK_PURPOSE_NUMBER.
-
-    ``used`` has the purposes of the written geoms, ``left_out`` the link of each omitted geom by name. ``rolls``
-    are the links that only collide with the floor, ``shown`` the colours of links whose collision shapes are visible.
-    """
-
     def __init__(
         self, output: model.Output, printer: ElementPrinter, classes: Classes, shown: Mapping[str, Material]
     ) -> None:
@@ -338,11 +329,7 @@ class _Geoms:
 
 
 def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
-    """Return (names by link, purpose and number; names by LINK_PURPOSE_NUMBER for geoms with a different name).
-
-    A geom has the name of its shape if that is unique; collision shapes have priority. All other geoms are named
-    LINK_PURPOSE_NUMBER.
-    """
+    """Return (names by (link, purpose, number), names by LINK_PURPOSE_NUMBER of geoms named after their shape)."""
     places: dict[tuple[str, str, int], str] = {}
     first = dict[str, str]()
     for purpose, link in product((bodies.COLLISION, bodies.VISUAL), robot.links):
@@ -363,7 +350,6 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
 
 
 def _option(robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter) -> Sequence[Markup | str]:
-    """Return the attributes of ``<option>`` and ``<flag>``; an imported robot gets no defaults."""
     described, drive = output.options.get("option", {}), robot.drive
     is_whole = bool(described) and robot.source.status == "imported"
     standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS

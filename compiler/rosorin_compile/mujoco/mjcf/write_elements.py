@@ -2,9 +2,9 @@
 
 A sensor element measures at the site of its frame, or at a separate site NAME_site if it has a pose.
 
-All default classes are children of a class with the name of the robot, which is also their prefix, because robots in a
-scene share a namespace. There is no ``childclass``, so that verbatim elements keep MuJoCo's defaults. Joints, or
-actuators, with equal attributes share a class if that makes the file shorter, named by the common words of its joints.
+The root of all default classes has the name of the robot, which is also the prefix of the others, because the robots
+in a scene share a namespace. ``childclass`` is not used, so raw MJCF keeps MuJoCo's defaults. Joints (or actuators)
+with equal attributes share a class if that makes the file shorter. It is named after the common words of the joints.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Texts = Mapping[str, str]
 
 
 class Part(NamedTuple):
-    """An element to write; ``replicate`` are the attributes of a surrounding ``<replicate>``, ``text`` is raw XML."""
+    """An element to write, with the attributes of a surrounding <replicate>, if any; or raw XML (``text``)."""
 
     tag: str
     attributes: Markup | str = ""
@@ -47,7 +47,7 @@ class Part(NamedTuple):
 
 
 class ClassElement(NamedTuple):
-    """An element that can have a class: tag, name, other attributes, and the joint whose name the class is based on."""
+    """An element that may refer to a default class, which is then named after ``joint``."""
 
     tag: str
     name: str
@@ -56,7 +56,7 @@ class ClassElement(NamedTuple):
 
 
 class Class(NamedTuple):
-    """A default class: its name, its elements, and its child classes."""
+    """A default class: its name, the elements that define its attributes, and its child classes."""
 
     name: str
     parts: Sequence[Part] = ()
@@ -64,16 +64,14 @@ class Class(NamedTuple):
 
 
 class _Shared(NamedTuple):
-    """Attributes shared by several elements, the indices of these elements, and the common words of their joints."""
-
     tag: str
     values: Texts
-    members: Sequence[int]
-    words: str
+    members: Sequence[int]  # indices of the elements
+    words: str  # common words of the names of their joints
 
 
 class Classes:
-    """The default classes of a robot for its ``elements``; class names in the raw MJCF ``kept`` are reserved."""
+    """The default classes for ``elements``. Class names in ``kept``, the raw MJCF of the robot, are not used again."""
 
     def __init__(self, robot: str, elements: Sequence[ClassElement], kept: Iterable[str]) -> None:
         self._taken = {*re.findall(r'<default\b[^<>]*\bclass="([^"]*)"', "".join(kept)), "main"}
@@ -89,7 +87,7 @@ class Classes:
             self._names |= dict.fromkeys(shared.members, name)
 
     def class_name(self, purpose: str) -> str:
-        """Return the name of the class for geoms (``visual``, ``collision``, ``wheel_collision``) or for frames."""
+        """Return the name of the default class for a purpose in ``bodies.CLASSES``, such as "visual"."""
         return f"{self.outer}_{purpose}"
 
     def print_classes(self, place: int) -> Markup:
@@ -99,7 +97,7 @@ class Classes:
         return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the root class, with subclasses for ``used`` purposes in ``groups``; ``rolls`` if there are wheels."""
+        """Return the root class and its child classes for the purposes ``used``; ``groups`` maps purposes to groups."""
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -122,7 +120,7 @@ class Classes:
         return Class(self.outer, (), made)
 
     def _groups(self) -> Iterator[_Shared]:
-        """Yield groups that can share a class; split by axis and range if names differ or the file gets shorter."""
+        """Yield groups of elements that can share a class, split if that saves more or gives clearer names."""
         for members in self._alike(range(len(self._elements)), ("axis", "range", "ctrlrange", "forcerange")):
             whole, cut = self._shared(members), self._alike(members, ())
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
@@ -146,7 +144,7 @@ class Classes:
         return _Shared(elements[0].tag, dict(common), members, _words_of([one.joint for one in elements]))
 
     def _with_joints(self, shared: _Shared) -> str:
-        """Return the name of a class with all joints of the actuators in ``shared``, to add them to it, or ""."""
+        """Return the name of the class that all joints of these actuators share, or "" if there is none."""
         joints = {self._elements[place].joint for place in shared.members}
         for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
             if first.tag == "joint" and not more and joints <= {self._elements[place].joint for place in first.members}:
@@ -161,7 +159,6 @@ class Classes:
         return next(name for name in map(self.class_name, words) if name not in self._taken)
 
     def _saved(self, shared: _Shared) -> int:
-        """Return how many characters a new class, or an addition to an existing class, saves in the file."""
         joined = self._with_joints(shared)
         name = joined or self._called(shared)
         size, naming = len(attributes(**shared.values)), len(f' class="{name}"')
@@ -184,7 +181,7 @@ def _words_of(names: Sequence[str]) -> str:
     return "_".join([word for word in words if word != "joint"] or words[:1])
 
 
-# Attributes that refer to a body; the export replaces link names by body names in them.
+# Attributes that refer to a body. Their link names are replaced by body names.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
 _NAMED = ("objname", "refname")
 _GEOMS = ("geom", "geom1", "geom2", *_NAMED)
@@ -192,27 +189,27 @@ _GEOMS = ("geom", "geom1", "geom2", *_NAMED)
 
 @lru_cache(maxsize=20_000)
 def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
-    """Return ``pos`` (m) and ``quat`` (w x y z), each omitted if it is zero or the identity."""
+    """Return the attributes ``pos`` (m) and ``quat`` (w x y z) of a pose, without those that are zero."""
     quaternion = Pose(xyz, rpy).transform().quaternion()
     made = {"pos": vector(xyz, number)} if any(xyz) else {}
     return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
 
 
 class ElementPrinter:
-    """Formats elements other than bodies; ``colours`` are materials for links whose collision shapes are visible."""
+    """A formatter for elements other than bodies; ``colours`` are the materials of visible collision shapes."""
 
     def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
         self.robot = robot
         self.number = number
         self.looks = {**robot.material, **{one.name: one for one in colours}}
-        # Names of geoms by default name (LINK_PURPOSE_NUMBER), for geoms with a different name.
+        # Names of geoms by LINK_PURPOSE_NUMBER, for geoms that have a different name.
         self.own_names: dict[str, str] = {}
-        # Names of textures by file in the description, and names of materials added for a texture, by texture.
+        # Names of textures by file, and names of materials that only have a texture, by texture.
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
 
     def actuator(self, drive: Drive) -> ClassElement:
-        """Return the element of an actuator, with its target, gains, ranges and other attributes."""
+        """Return an actuator as an element, with its target, gains, ranges and other attributes."""
         actuator = drive.actuator
         values: dict[str, Attribute] = dict(actuator.targets)
         values = {"joint": drive.joint.name} if drive.joint is not None and drive.in_joint else values
@@ -222,7 +219,7 @@ class ElementPrinter:
         return ClassElement(actuator.type, texts.pop("name"), texts, drive.joint.name if drive.joint else "")
 
     def material(self, name: str) -> str:
-        """Return the name of a material in the MJCF, prefixed with the robot name, or "" if it is not written."""
+        """Return the name of a material in the MJCF, or "" if the MJCF does not contain it."""
         material = self.looks.get(name)
         has_look = material and (material.rgba or material.mjcf or is_textured(self.robot, material.texture))
         return f"{self.robot.name}_{name}" if has_look else ""
@@ -235,7 +232,7 @@ class ElementPrinter:
         yield from ({"name": name, "texture": texture} for texture, name in self.plain.items())
 
     def texture(self, file: str) -> str:
-        """Return the name of a texture in the MJCF, derived from its file name, or "" if it is not written."""
+        """Return the name of the texture for an image file, or "" if the MJCF does not contain it."""
         if not is_textured(self.robot, file):
             return ""
         if file not in self.textures:
@@ -244,7 +241,7 @@ class ElementPrinter:
         return self.textures[file]
 
     def look(self, visual: Shape) -> dict[str, str]:
-        """Return the ``material`` of a visual, and its ``rgba`` if that differs from the material."""
+        """Return the attributes ``material`` and ``rgba`` of a visual, each only if it is needed."""
         material = self.robot.material.get(visual.material) if visual.material else None
         named = self.material(visual.material) if material else ""
         if named and visual.rgba is None and not visual.texture:  # nothing overrides the material
@@ -262,7 +259,7 @@ class ElementPrinter:
         return {**look, "rgba": numbers(own_colour, self.number)} if own_colour else look
 
     def constraint(self, entry: simulation.Entry) -> Part:
-        """Return the element of a constraint; convert its polynomial to be relative to ``ref`` of both joints."""
+        """Return a constraint as an element; in MJCF, its polynomial is relative to ``ref`` of the joints."""
         known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
         first, second = (bodies.reference(joint) if joint else 0.0 for joint in known)
         values = {"name": entry.name, **entry.values}
@@ -285,7 +282,7 @@ class ElementPrinter:
         return Part(mark.tag, attributes(name=mark.name, **place) + self.print_values(values))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
-        """Return the contact attributes of a shape, and the attributes in its ``mjcf`` section."""
+        """Return the attributes in the sections ``contact`` and ``mjcf`` of a shape."""
         contact = shape.contact.values if shape.contact is not None and purpose == "collision" else {}
         bits = {word: contact.get(word) for word in bodies.BITS}  # put the contact bits first
         return self.texts({**bits, **contact, **shape.mjcf})
@@ -315,7 +312,7 @@ class ElementPrinter:
 
 
 class SensorElements(NamedTuple):
-    """The MJCF elements of sensors; ``kept`` is the raw MJCF of the robot without elements moved to ``sensors``."""
+    """The MJCF elements of all sensors; ``kept`` is the raw MJCF of the robot that ``sensors`` does not include."""
 
     of_bodies: dict[str, list[Part]]
     sensors: list[Part]
@@ -325,7 +322,7 @@ class SensorElements(NamedTuple):
 
 
 def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, order: Sequence[str]) -> SensorElements:
-    """Return the MJCF elements of the sensors of a robot, sorted as in ``order``. Raises TemplateProblem."""
+    """Return the elements of all sensors, sorted by the names in ``order``. Raises TemplateProblem."""
     made, number = SensorElements({}, [], [], list(robot.mjcf), []), printer.number
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         place = place_of(part.pose.xyz, part.pose.rpy, number) if part.pose is not None else {}
@@ -354,7 +351,7 @@ def sensor_parts(robot: Robot, templates: Templates, printer: ElementPrinter, or
     if not order:
         return made
     made.kept.clear()
-    for text in robot.mjcf:  # sort sensors in raw MJCF together with all others
+    for text in robot.mjcf:  # move sensors in raw MJCF to the others, to sort all of them
         found = found_in(text)
         if found and all(one.tags[0] == "sensor" and len(one.tags) <= 2 for one in found):
             made.sensors.extend(Part(one.tags[1], attributes(**one.attributes)) for one in found if len(one.tags) == 2)
@@ -371,7 +368,7 @@ def _damaged(sensor: Sensor, part: simulation.SensorElement, text: str) -> Itera
     what, around = f'the output of {part.element} for sensor "{sensor.name}"', part.section or "body"
     help = "correct the XML: close every element, and put every value in quotes"
     try:
-        made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - without a DOCTYPE, no entities
+        made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no DOCTYPE is possible here
     except ElementTree.ParseError as problem:
         yield error("template-failed", f"{what} is not XML: {problem}", None, help)
         return

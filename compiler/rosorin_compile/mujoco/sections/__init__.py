@@ -91,7 +91,7 @@ _LACKING = {"position": "kp", "velocity": "kv", "damper": "kv", "intvelocity": "
 
 
 class Driver(NamedTuple):
-    """An actuator, its name in messages, its path, and the joint whose entry defines the actuator, or None."""
+    """An actuator, its name in messages, its path in the description, and the joint whose entry has it, or None."""
 
     actuator: Actuator
     called: str
@@ -100,7 +100,7 @@ class Driver(NamedTuple):
 
 
 def drivers(case: Case) -> Iterator[Driver]:
-    """Yield every actuator of a robot, in the entries of moving joints and in ``actuators``."""
+    """Yield the actuators of moving joints, then the actuators in the section ``actuators``."""
     for joint in case.robot.joints:
         if joint.actuator is not None and joint.moves:
             yield Driver(joint.actuator, f'the actuator of joint "{joint.name}"', case.joint(joint, "actuator"), joint)
@@ -199,7 +199,7 @@ def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 
 @Check
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Report negative values (dynamics-negative) that the rules for joints do not cover."""
+    """Report negative values of actuators and the root, and of joints where other rules do not."""
     for (entry, path, called), key in product(_entries(case), _SIZES):
         value, is_in_joint = entry.get(key, 0.0), path[0] == "joints" and len(path) > 2
         if isinstance(value, (int, float)) and value < 0 and (key == "damping_ratio" or not is_in_joint):
@@ -243,7 +243,7 @@ _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
     SIMULATED,
 )
 def keys(case: Case) -> Iterator[Diagnostic]:
-    """Report lists in poses with a length that MuJoCo would reject."""
+    """Report poses with a list of positions, speeds or activations that has the wrong length for MuJoCo."""
     if not case.robot.poses:
         return
     joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
@@ -264,7 +264,7 @@ def keys(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("key-length", message, path, "write all values in the order of MuJoCo", key=True)
 
 
-# What each type of constraint connects, and its other keys.
+# Keys with the objects that each type of constraint connects, and its other keys.
 _ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
 _KEYS = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
 
@@ -292,7 +292,7 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
 
 
 def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
-    """Validate a constraint and return the message, the help and the key of an error, or None."""
+    """Return (message, help) or (message, help, key) for the first error in a constraint, or None."""
     kind = str(entry["type"])
     ends = [key for key in _ENDS[kind] if key in entry]
     known = (*_ENDS[kind], *_KEYS[kind], "type", "active", "solref", "solimp", "source")

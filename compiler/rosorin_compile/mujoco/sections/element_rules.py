@@ -21,19 +21,19 @@ from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.xml.elements import FlatElement, found_in
 
-BALL = "ball"  # joint type with several qpos values, like the keys of ENDS
-# Nouns in messages, by MuJoCo's kind of name.
+BALL = "ball"  # joint type with several qpos values
+# Nouns for messages, by kind of MuJoCo object.
 _WORDS: Mapping[str, str] = {**KINDS, KEY: "pose", "pair": "contact pair"}
 _KINDS = {word: kind for kind, word in KINDS.items()}
 _RULES = {JOINT: "unknown-joint", BODY: "unknown-link"}
-# MuJoCo's kind of name for entries of sections, by the kind of definition in the schema.
+# Kind of MuJoCo object that an entry becomes, by the kind of the entry in the schema.
 _DEFINED = {"actuator": ACTUATOR, "constraint": EQUALITY}
 
 
 class NameUse(NamedTuple):
-    """A name in the MJCF, its kind, and the path that defines the name in the description.
+    """A name in the MJCF, the kind of object that has the name, and the path in the description that defines it.
 
-    ``key``: the name is a key on that path. ``derived``: the name is derived from the name of a link or a joint.
+    ``key`` is true if the name is a key on that path, ``derived`` if it follows from the name of a link or joint.
     """
 
     kind: str
@@ -44,7 +44,7 @@ class NameUse(NamedTuple):
 
 
 def several(case: Case) -> Mapping[str, str]:
-    """Return "ball" or "free" for each MJCF joint with several qpos values, by name."""
+    """Return the MJCF joints with several qpos values: "ball" or "free" by name of the joint."""
     found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
     found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}
     return found | {_free_joint(case.robot): "free"}
@@ -56,7 +56,6 @@ def _free_joint(robot: Robot) -> str:
 
 
 def _named(case: Case) -> Iterator[NameUse]:
-    """Yield the names in the MJCF of a robot, except names of joints, bodies and shapes."""
     robot = case.robot
     for link in robot.links:
         yield NameUse(SITE, link.name, case.link(link.name), derived=True)
@@ -90,8 +89,6 @@ def _named(case: Case) -> Iterator[NameUse]:
 
 
 class _Names:
-    """All names in the MJCF of a robot by kind; ``is_open`` if templates of sensors may add further names."""
-
     def __init__(self, case: Case) -> None:
         self.robot = robot = case.robot
         self.is_open = any(part.kind == TEMPLATE_ELEMENT for sensor in robot.sensors for part in sensor.simulated)
@@ -105,12 +102,11 @@ class _Names:
             self.by_kind.setdefault(named.kind, set()).add(named.name)
 
     def has(self, kind: str, name: str) -> bool:
-        """Return True if the MJCF has a name of a kind, or if a template may add it."""
         return name in self.by_kind.get(kind, ()) or (self.is_open and kind not in (BODY, JOINT))
 
 
 def _shapes(case: Case) -> Mapping[str, Path]:
-    """Return the paths of shapes by the name of their geom, which is their name or LINK_collision_1 and so on."""
+    """Return the path of each shape by the name of its geom: the name of the shape, or LINK_collision_1 and so on."""
     found: dict[str, Path] = {}
     for purpose in ("collision", "visual"):
         for link in case.robot.links:
@@ -124,7 +120,7 @@ def _shapes(case: Case) -> Mapping[str, Path]:
 
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """A key names a site, shape, tendon, actuator, camera or another entry that does not exist; each name once."""
+    """A key refers to a site, shape, tendon, actuator, camera or another object that does not exist."""
     references = [one for one in case.symbols.references() if one.among]
     if not references:
         return
@@ -152,7 +148,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 
 @rule("name-twice", help="Rename one of them; in a part, names automatically get its prefix.", topic=SIMULATED)
 def unique_names(case: Case) -> Iterator[Diagnostic]:
-    """Two entries of one kind have the same name in the MJCF: sites, cameras, sensors, tendons, elements."""
+    """Two sites, cameras, sensors, tendons or other MuJoCo objects of one kind have the same name in the MJCF."""
     names, taken = list(_named(case)), dict[tuple[str, str], Path]()
     if any(named.kind == GEOM for named in names):
         taken |= {(GEOM, name): path for name, path in _shapes(case).items()}
@@ -160,7 +156,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
         names.append(NameUse(JOINT, root, ("root", "joint"), key=False))
         taken[JOINT, root] = case.joint(case.robot.joint[root])
     if all(named.derived or named.path[0] in ("sensors", "poses") for named in names):
-        return  # names of links, sensors and poses are already unique
+        return  # other rules check that links, sensors and poses have unique names
     for named in names:
         first = taken.setdefault((named.kind, named.name), named.path)
         # The check "mjcf-actuators" of the output reports two actuators of joints with the same name.
@@ -172,7 +168,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 
 
-# MJCF elements that a description expresses with keys, and the help in the message.
+# MJCF elements to be written with keys of the description instead, and the help that says how.
 _IN_WORDS = {
     "body": 'write it as a link, with a joint of type "fixed" if it does not move',
     "joint": 'write it in "joints" of the description',
@@ -189,7 +185,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 @rule("mjcf-element", "MuJoCo, or another artifact, cannot take an element here.", "See the message.", SIMULATED)
 @rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
 def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
-    """Report misplaced elements of `mjcf`, and unknown names in its other elements."""
+    """Report elements in `mjcf` that do not belong there, and references to unknown names."""
     texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
     if not texts:
         return
@@ -237,13 +233,13 @@ def _misplaced(found: FlatElement, top: bool) -> tuple[str, Help] | None:
     return f"<{tag}> is not {what}", help if tag in other else Suggestion(tag, known, "remove it")
 
 
-# Number of sizes that a site needs by type, without ``fromto``, which gives the length. Further sizes have no effect.
+# Number of sizes that MuJoCo uses for a site of each type; only one if ``fromto`` defines the length.
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 
 
 @rule("mark-value", help="Correct the value as the message says.", topic=SIMULATED)
 def marks(case: Case) -> Iterator[Diagnostic]:
-    """A site, a camera or a light of a simulation has a value that MuJoCo refuses, or contradictory values."""
+    """A site, camera or light has a value that MuJoCo rejects, or values that contradict each other."""
     for link in case.robot.links:
         for mark in link.marked:
             for key, message in _mark_problems(mark.tag, mark.values):
@@ -281,7 +277,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 @rule("body-value", help="Move the key to the root link, or remove it.", topic=SIMULATED)
 def bodies(case: Case) -> Iterator[Diagnostic]:
-    """A link has an attribute that MuJoCo accepts only for the root: `mocap`, `sleep`."""
+    """A link has an attribute that MuJoCo accepts only for the root: `mocap` or `sleep`."""
     world, root = case.robot.root_in_world.world, case.robot.root_in_world.values
     others = ", ".join(sorted(set(root) - {"align", "group"}))
     if "align" in root and others:

@@ -1,4 +1,4 @@
-"""The output format SRDF: write the SRDF of a robot, read it again, and return the contents for comparison.
+"""The SRDF format: write the SRDF of a robot, and parse an SRDF to compare it with the robot.
 
 Sources: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
@@ -34,7 +34,7 @@ _NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # the radius 0 means that the link has no
 
 @dataclass(frozen=True)
 class Srdf:
-    """The contents of an SRDF for comparison: elements by name, and pairs of links as text ("arm - base")."""
+    """The contents of an SRDF for comparison: elements by name, and link pairs as text such as "arm - base"."""
 
     group: Entries = field(default_factory=dict)
     state: Entries = field(default_factory=dict)
@@ -95,7 +95,7 @@ def _positions(
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of the SRDF of a robot, and diagnostics. Option: ``number_format`` (short, exact or six)."""
+    """Return the text of the SRDF of a robot, or "" if no output is a URDF, and diagnostics."""
     planning, number = planning_model(robot), number_format(output.options)
     if planning is None:
         message = f"{output.file} needs a URDF, but the robot has no output of this format"
@@ -109,7 +109,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     def value(at: float | tuple[float, ...]) -> str:
         if isinstance(at, float | int):
             return number(at)
-        split = 2 if len(at) == 3 else 3  # numbers of the position; the rest are the orientation
+        split = 2 if len(at) == 3 else 3  # the position has 2 or 3 numbers; the rest is the orientation
         return f"{vector(at[:split], number)} {vector(at[split:], number)}"
 
     values = {"name": robot.name, "planning": planning, "said": said, "attributes": attributes, "comment": comment}

@@ -26,7 +26,7 @@ _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 @dataclass(frozen=True)
 class End:
-    """A publisher or subscriber of a topic, with its QoS: ``reliable`` is True, or False for best effort.
+    """A publisher or subscriber of a topic; ``reliable`` is False if the QoS is best effort.
 
     ``type`` is the message type, ``key`` the parameter that sets the topic, or "".
     """
@@ -41,7 +41,7 @@ class End:
 
 @dataclass
 class Graph:
-    """ROS nodes with their publishers and subscribers; ``nodes`` maps names to "node" or, if external, "driver"."""
+    """ROS nodes with their publishers and subscribers; ``nodes`` maps names to "node", or "driver" if external."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     published: list[End] = field(default_factory=list)
@@ -59,7 +59,7 @@ class Graph:
     def add(
         self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with its ports, parameters by key, namespace (``space``), and remaps as pairs (from, to)."""
+        """Add a node with its ports (``those``), parameters, namespace (``space``), and remaps as pairs (from, to)."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
         moved = {full_topic(old, space, own): new for old, new in remaps}
@@ -73,7 +73,7 @@ class Graph:
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield (parameter, topic, message type) for each topic of a port; a port such as ``odom<n>`` can have several."""
+    """Yield (parameter, topic, message type) for each topic of a port; a port such as ``odom<n>`` has several."""
     if "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
         yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
@@ -185,7 +185,6 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
 
 
 def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
-    """Report a topic without a publisher, with the cause if a node of the package should publish it."""
     end = readers[0]
     who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"

@@ -101,7 +101,7 @@ def kind_of(publisher: Publisher) -> str:
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
-    """Return the kinds (AMCL, SLAM, FILTER or "") of the nodes that publish map -> odom when all modes are off."""
+    """Return the kinds (AMCL, SLAM, FILTER or "") of nodes that publish map -> odom when the robot is in no mode."""
     edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
     off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
     return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
@@ -115,9 +115,9 @@ def stated_topic(robot: Robot, name: str) -> str:
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], tuple[Any, ...]]) -> Iterator[Diagnostic]:
-    """Yield the problems that ``find`` returns as diagnostics; yield nothing for a robot that is not a tree.
+    """Convert the problems of ``find(robot, output)`` to diagnostics; skip a robot that is not a tree.
 
-    ``find`` is called with the robot and the output, and returns a tuple that ends with a list of problems.
+    The problems are the last item of the tuple that ``find`` returns.
     """
     entry: Path = ("outputs", output.name)
     problems: list[Problem] = find(case.robot, output)[-1] if case.robot.is_tree else []

@@ -86,7 +86,7 @@ class Kind(NamedTuple):
     transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
-        """Return the parameter with this name, or else with variables that match the name, or None."""
+        """Return the parameter with this name or with a pattern that matches the name, or None if there is none."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
@@ -106,7 +106,7 @@ class Kind(NamedTuple):
         return filter(self.has, self.keys.values())
 
     def like(self, name: str) -> set[str]:
-        """Return names to suggest for a misspelt parameter, with its words and numbers in place of variables."""
+        """Return names to suggest for a misspelt parameter, with words and numbers of ``name`` in place of variables."""
         words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
             variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]
@@ -118,7 +118,7 @@ class Kind(NamedTuple):
 def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
     """Return True if a node in a file is the node ``publisher`` of the description.
 
-    The name must match. The package is compared instead if no other publisher has the name of the node.
+    The names must be equal. If no publisher has the name of the node, equal packages are sufficient.
     """
     of_package = kind is not None and publisher.package in kind.packages
     is_named = any(name == other.name for other in publishers)
@@ -133,7 +133,7 @@ def kinds(distribution: str) -> Mapping[str, Kind]:
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return the parameters of a controller type, or None if unknown; ``distribution`` can be "" for any."""
+    """Return a controller type with its parameters, or None if they are unknown; ``distribution`` can be "" for any."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -167,7 +167,7 @@ def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
 
 
 def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Infer the type of a drive controller from its parameters ``keys``, or return None without ``enable_odom_tf``."""
+    """Infer the type of a drive controller from its parameters, or return None if ``enable_odom_tf`` is missing."""
     if "enable_odom_tf" not in keys:
         return None
     plugins = [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
@@ -176,7 +176,7 @@ def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
 
 
 def fits(value: Any, kind: str) -> bool:
-    """Return True if rcl accepts a value for a parameter type. It rejects an integer for a double.
+    """Return True if rcl accepts a value for a parameter type. An integer is not a valid double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
@@ -241,7 +241,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem with a node, a parameter value, or a parameter name if ``at_key`` is True.
+    """A problem with a node or a parameter; ``at_key`` is True if the name of the parameter is wrong, not the value.
 
     ``unknown`` is a misspelt name in the value, and ``known`` are names to suggest for it.
     """
@@ -261,7 +261,7 @@ class Finding(NamedTuple):
 
 
 def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
-    """Validate the parameters of a node; ``values`` maps full keys to values, ``name`` is the node in messages.
+    """Validate the parameters of a node; ``values`` maps dotted names to values, ``name`` is the node in messages.
 
     If ``kind`` is None, only values that no parameter can have are reported.
     """
@@ -286,7 +286,6 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
-    """Report an unknown parameter; ``of_others`` is its entry if other distributions have it, or None."""
     names, severity = kind.like(key), ERROR
     close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=0.9)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""

@@ -57,7 +57,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """The parameters, by full key, of all nodes whose full name matches ``name``; "*" and "**" in it are wildcards."""
+    """The parameters (by dotted name) of all nodes whose full name matches ``name``; "*" and "**" are wildcards."""
 
     name: str
     span: Span
@@ -106,7 +106,6 @@ class _Reader:
         self.texts: set[int] = set()  # offsets of values tagged with !!str
 
     def check_events(self, events: Iterable[Any]) -> None:
-        """Report aliases and deep nesting before the YAML tree is built, and store the positions of !!str values."""
         depth = 0
         for event in events:
             if isinstance(event, yaml.AliasEvent):
@@ -151,7 +150,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Add parameters to a section; return the last key if it is an empty mapping, because rcl misreads later keys."""
+        """Add parameters to a section; return the last key if its mapping is empty: rcl misreads the keys after it."""
         empty = ""
         for key, value in mapping.value:
             if not (text := self.text(key)):
@@ -242,13 +241,13 @@ def _is_list(node: Any) -> bool:
 
 @dataclass(frozen=True)
 class Parameters:
-    """The contents of a parameter file; ``node`` maps full node names to {full key: value}."""
+    """The contents of a parameter file; ``node`` maps full node names to parameters by dotted name."""
 
     node: Mapping[str, Mapping[str, Any]]
 
 
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
-    """Parse a generated parameter file; return {full key: value} by full node name. Raises ValueError if damaged."""
+    """Parse a generated parameter file; return {node: {parameter: value}}. Raises ValueError if the file is damaged."""
     sections, _ = read_sections(Source("", text))
     if not sections:
         raise ValueError(f"it is not a parameter file: it has no {PARAMETERS}")
@@ -256,7 +255,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 
 
 class Node(NamedTuple):
-    """A ROS node and its parameters by full key; ``kind`` is a kind of node or its name, or None if unknown."""
+    """A ROS node and its parameters by dotted name; ``kind`` is a kind of node or its name, or None if unknown."""
 
     name: str
     kind: Kind | str | None

@@ -1,4 +1,4 @@
-"""Ports, which are the topics that stock ROS 2 nodes subscribe to and publish, from ``schemas/ros2_ports.json``."""
+"""The ports of stock ROS 2 nodes (topics that they subscribe to or publish), from ``schemas/ros2_ports.json``."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -121,7 +121,7 @@ def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
 
 
 def port_of(plugin: str, distribution: str, role: str) -> Port | None:
-    """Return the first port of a controller type with the role ``role``, or None if there is none."""
+    """Return the port of a controller type for a role, such as odometry, or None if there is none."""
     return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
 
 

@@ -116,7 +116,7 @@ def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
-    """Return the state variables that a filter input (odom, pose, twist or imu) measures by default.
+    """Return the state variables that a filter input (odom, pose, twist or imu) uses by default.
 
     Wheels measure velocities. If the base cannot move sideways, its lateral velocity of 0 is a valid measurement, but
     only at the axle: any other frame ``base`` moves sideways when the robot turns. Without a drive, the result is ().
@@ -133,7 +133,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
-    """Return the topic in the entry of a filter input, or else the topic of the IMU, or "" if unknown."""
+    """Return the topic of a filter input from its entry ``one``, or else of the IMU sensor, or "" if unknown."""
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]

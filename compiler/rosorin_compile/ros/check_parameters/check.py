@@ -41,8 +41,8 @@ _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # matches the default
 class CheckedParameters:
     """The result of ``check_parameters``; ``robot`` is "" if the description has errors.
 
-    ``judged`` is the number of transforms in ``edges`` that were checked. ``absent`` are publishers that no file
-    configures, ``unknown`` are publishers in the files whose kind of node is unknown.
+    ``judged`` is the number of transforms in ``edges`` that were checked. ``absent`` are publishers of the description
+    that no file configures, ``unknown`` are publishers whose kind of node is unknown.
     """
 
     robot: str = ""

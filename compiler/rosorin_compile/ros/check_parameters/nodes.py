@@ -96,7 +96,8 @@ def nodes_in_files(
     """Return the nodes that parameter files configure, and diagnostics about node names.
 
     ``files`` are the sections of each file. A wildcard section applies to the nodes that are named in the same file; if
-    there are none, the kind of node is inferred from the parameters. Nodes without a namespace are in ``namespace``.
+    there are none, the kind of node is inferred from the parameters. ``namespace`` is added to names without a
+    namespace.
     """
     named: dict[str, list[Section]] = defaultdict(list)
     diagnostics: list[Diagnostic] = []
@@ -197,7 +198,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
         unset = node.kind.like(found.key) - values.keys()
         if is_unknown and isinstance(found.help, Suggestion) and nearest(found.key, unset) is None:
-            found = found._replace(severity=WARNING, help=REMOVE)  # no typo: no unset key is similar
+            found = found._replace(severity=WARNING, help=REMOVE)  # not a typo: no unset key is similar
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
@@ -338,7 +339,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Report published transforms that differ from ``edges`` of the description, and unpublished ``edges``."""
+    """Report published transforms that are not in ``edges``, and transforms in ``edges`` that no node publishes."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers, speaking = case.robot.publishers, [claim for claim in found if not claim.silent]
     explained: set[str] = set()

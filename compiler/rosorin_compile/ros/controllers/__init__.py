@@ -27,7 +27,7 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Validate the controllers of a description for the ROS distribution of an output.
 
-    If several outputs have this format, problems of all distributions are reported for the first output only.
+    Problems that do not depend on the distribution are reported only once.
     """
     robot, distribution, entry = case.robot, distro_of(output), ("outputs", output.name)
     is_first = output.name == next(one for one in robot.outputs if one.backend == output.backend).name
@@ -164,7 +164,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
 
 
 def of_type(name: str, kind: str, distribution: str) -> Finding | None:
-    """Validate the type of a controller for a ROS distribution ("" for any); return the problem, or None."""
+    """Validate a controller type for a ROS distribution ("" for any); return the problem, or None if it is valid."""
     known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
     if plugin in known:
         return None
@@ -186,7 +186,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
-    """Return the required parameters that are not in ``given``, except those that a misspelt key resembles."""
+    """Return the required parameters that are not in ``given``, not even under a misspelt name."""
     if kind is None:
         return []
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt keys
@@ -204,8 +204,8 @@ def against_robot(
 ) -> Iterator[Finding]:
     """Report parameters of a controller that disagree with a robot.
 
-    ``known`` are the parameters that follow from the robot; values that differ have the given severity. ``others`` are
-    controllers that are not in the description, but to whose joints "CONTROLLER/JOINT" may refer.
+    ``known`` are the parameters derived from the robot; ``severity`` is used for values that differ from them.
+    ``others`` are controllers that are not in the description, but to whose joints "CONTROLLER/JOINT" may refer.
     """
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {*(controller.name for controller in robot.controllers), *others}
@@ -233,7 +233,7 @@ def _texts(value: Any) -> list[str]:
 def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
     is_size = "multiplier" not in key and key.rpartition(".")[2].rpartition("_")[2].lower() in _SIZES
     if _JOINTS.fullmatch(key):
-        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # without the controller in CONTROLLER/JOINT
+        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # removes CONTROLLER/ of chained controllers
         if claimed != sorted(_texts(expected)) and key not in ("joints", "joint"):
             both = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, expected)]
             message = f'"{key}" of {name} is {both[0]}, but "drive" has {both[1]}'

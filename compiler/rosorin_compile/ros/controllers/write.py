@@ -31,7 +31,7 @@ _TIMEOUT = 0.5
 
 
 class RobotParameters(NamedTuple):
-    """Controller parameters that follow from the robot; ``why_not`` is the reason why some are missing, or ""."""
+    """Controller parameters derived from the robot; ``why_not`` is the reason why some are missing, or ""."""
 
     values: Mapping[str, Any]
     why_not: str = ""
@@ -83,7 +83,7 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
     """Return the transforms in ``edges`` that a drive controller publishes.
 
-    If it is the only drive controller, transforms of any publisher with the same ROS package are included.
+    For the only drive controller of a robot, transforms whose publisher has the same ROS package are included.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -177,7 +177,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
 
 
 class ControllerParameters(NamedTuple):
-    """A controller with all its parameters (``values``) and the parameters that follow from the robot (``known``)."""
+    """A controller with all its parameters (``values``) and the parameters derived from the robot (``known``)."""
 
     controller: Controller
     type: str
@@ -275,7 +275,7 @@ class Driver(NamedTuple):
 
 def drivers(robot: Robot) -> list[Driver]:
     """Return the drive controllers, active controllers first, or [] if no output has the format ``controllers``."""
-    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # name of the format
+    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # ``backend`` is the format
     if output is None or not is_whole(robot):
         return []
     found = []

@@ -29,7 +29,7 @@ _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types whose data a costmap accepts
 _SOURCE = "scan"  # name of the observation source in nav2_bringup/params/nav2_params.yaml
 _MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # source type of collision_monitor by message type
-_CLEARANCE = 0.05  # m: lowest obstacle in point clouds, which contain the floor
+_CLEARANCE = 0.05  # m: default height above which points of a point cloud are obstacles
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 
 
@@ -161,7 +161,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
             message += f"{heights[0]:g} m are not obstacles"
             found.append(error("nav2-source", message, None, 'lower "clearance"'))
     padding, remark = options.get("padding"), ""
-    free = float(0.01 if padding is None else padding)  # m; the default is that of Nav2
+    free = float(0.01 if padding is None else padding)  # m; 0.01 is Nav2's default
     if not circle and not holds(solids, pad(outline.corners, free)):
         outline, padding = footprint(solids, corners, free), 0.0
         remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."

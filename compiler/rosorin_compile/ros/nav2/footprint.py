@@ -1,8 +1,9 @@
 """Compute the footprint of a robot: a polygon in its base frame that contains the projection of all collision shapes.
 
-The sides are parallel to the sides of the convex hull of all boxes and meshes, and for round shapes to sixteen more
-directions. Each side touches the robot. If there are too many sides, the side whose removal adds the least area is
-removed first. Corners are then rounded, and the sides are moved outwards until the polygon contains every shape.
+The sides are parallel to the sides of the convex hull of all boxes and meshes; for round shapes, sides in 16 more
+directions are added. Each side touches the robot. If there are too many sides, the side whose removal adds the least
+area is removed first. Corners are then rounded, and the sides are moved outwards until the polygon contains every
+shape.
 """
 
 import math

@@ -195,10 +195,7 @@ class Bringup:
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
-    """Return the nodes that a package starts, and an error or None; ``placed`` are compiled files by path.
-
-    It is an error if the description lacks an output that the nodes need.
-    """
+    """Return the nodes that a package starts, and an error if the description lacks an output for them, or None."""
     places: dict[str, str] = {}
     outputs: dict[str, Output] = {}
     named = {output.name: output for output in robot.outputs}

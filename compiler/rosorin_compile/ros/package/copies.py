@@ -187,7 +187,7 @@ def diff_lines(place: str, found: Comparison, full: bool) -> list[str]:
 
 
 def relocate(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
-    """Return an artifact for the path ``place``. If it is a launch file, it will load the URDF at the path ``urdf``."""
+    """Return an artifact for the path ``place``. A launch file is changed to load the URDF at the path ``urdf``."""
     if not FORMATS[artifact.backend].located or not urdf:
         return replace(artifact, file=place)
     names = {output.name: urdf for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)} | {artifact.output: place}

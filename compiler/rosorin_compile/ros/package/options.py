@@ -78,9 +78,9 @@ def file_name(name: str, otherwise: str) -> str:
 
 
 def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Mapping[str, bool | None]) -> Options:
-    """Return the options stored in a package, replaced by all arguments that are not None. Raises RequestError.
+    """Return the options stored in a package, updated with the values that are not None. Raises RequestError.
 
-    ``texts`` are options such as "version", ``on`` are options such as "nav2" that are True or False.
+    ``texts`` are options such as "version"; ``on`` are options that are True or False, such as "nav2".
     """
     given: dict[str, Any] = {key: value for key, value in texts.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))

@@ -266,11 +266,7 @@ def _rendered(
 
 
 def _view(robot: Robot) -> dict[str, Any]:
-    """Return the variables of the RViz template.
-
-    Sensors without a topic are disabled. Sizes (m) have one significant digit, so that small changes of a robot do not
-    change the file.
-    """
+    """Return the variables of the RViz template; sizes are rounded, so that small changes of a robot do not matter."""
     joints = robot.in_urdf()
     children = dict.fromkeys(joint.child for joint in joints)
     links = dict.fromkeys(joint.parent for joint in joints) | children

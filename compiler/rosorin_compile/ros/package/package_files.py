@@ -78,10 +78,7 @@ def _text(path: Path) -> str:
 
 
 def _setup_installs(text: str, file: str) -> bool:
-    """Return True if setup.py names a file, matches it with a wildcard, or searches for files itself.
-
-    The folder and the name can be separate strings, as in ``glob(os.path.join("launch", "*.py"))``.
-    """
+    """Return True if setup.py names a file or its folder, matches it with a wildcard, or searches for files."""
     if "data_files" not in text or re.search(r"rglob|os\.walk|iterdir|listdir", text):
         return True
     patterns = [re.sub(r"\{[^}]*\}", "*", found) for found in re.findall(r"""['"](?:\./)?([^'"\n]*)['"]""", text)]

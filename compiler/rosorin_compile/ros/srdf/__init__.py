@@ -81,10 +81,7 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
 def _positions(
     planning: PlanningModel, group: Group, pose: JointPose
 ) -> Iterator[tuple[str, float | tuple[float, ...]]]:
-    """Yield (joint, position) for a state of a group, including the virtual joint if it is in the group.
-
-    The position of the virtual joint is (x, y, theta), or x, y, z and a quaternion (x, y, z, w), in m and rad.
-    """
+    """Yield (joint, position); for a virtual joint, (x, y, theta) or (x, y, z, qx, qy, qz, qw) in m and rad."""
     virtual, base = planning.virtual, pose.base
     for joint in planning.joints_in(group):
         if joint in pose.positions:

@@ -61,7 +61,7 @@ class _State:
 
 
 def join(opened: ImportFile, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Convert an SRDF to sections for the robot in ``tree``, an existing description; also return diagnostics."""
+    """Convert an SRDF to sections of the description ``tree`` of its robot; return the sections and diagnostics."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
         raise ValueError("the robot cannot be made")  # impossible: ``tree`` has no errors
@@ -120,7 +120,6 @@ class _Importer:
         return list(words.values()) if all(exist) else None
 
     def _children(self, element: Element) -> list[tuple[Element, list[SourceValue]]]:
-        """Return (child, required attributes) for each valid child that MoveIt reads."""
         known = _INSIDE[element.tag]
         found = [(child, self._words(child, known[child.tag])) for child in element.children if child.tag in known]
         return [(child, words) for child, words in found if words is not None]
@@ -172,7 +171,7 @@ class _Importer:
         self.groups[name.value] = SourceValue(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
-        """Remove and report groups that MoveIt ignores: groups without joints, or with an ignored or unknown subgroup."""
+        """Remove and report groups that MoveIt ignores: groups without joints or with an unusable subgroup."""
         model = {}
         for name, (entry, _) in self.groups.items():
             chain = entry["chain"].value if "chain" in entry else None
@@ -283,7 +282,7 @@ class _Importer:
         of_joint[name.value] = SourceValue(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
-        """Convert states to poses with names that are not in ``taken``; compatible states of one name share a pose."""
+        """Convert states to poses with names that are not in ``taken``; compatible states of equal name share a pose."""
         made: Entry = {}
         names: dict[tuple[str, str], str] = {}
         of_groups = [(group, self.states.get(group, {})) for group in self.groups]

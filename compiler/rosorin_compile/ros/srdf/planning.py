@@ -90,7 +90,7 @@ class PlanningModel:
         return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
-        """Map each link pair with unchanged digests to its entry in the matrix, or to None if MoveIt checks the pair."""
+        """Map link pairs with unchanged digests to their matrix entries, or to None if MoveIt checks the pair."""
         if (matrix := self.said.matrix) is None or matrix.how != now.how:
             return {}
         then = {sort_pair(pair.links): pair for pair in matrix.pairs}
@@ -203,7 +203,7 @@ class PlanningModel:
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
-        """Return settings of joints for planners; a planar base that cannot move sideways has the motion model diff_drive."""
+        """Return joint settings for planners, including the motion model diff_drive if the base cannot move sideways."""
         found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
         virtual, drive = self.virtual, self.robot.drive
         if virtual is not None and virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING:
@@ -243,7 +243,7 @@ class PlanningModel:
 
 
 def sort_pair(pair: Pair) -> Pair:
-    """Sort the two link names of a pair, so that equal pairs compare equal."""
+    """Sort the two link names of a pair, so that (a, b) and (b, a) are the same pair."""
     one, other = sorted(pair)
     return (one, other)
 

@@ -170,7 +170,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:
-    """Set missing command limits to those of the joint, and the initial position to that in the pose of the block."""
+    """Set missing command limits from the joint, and the initial position from the pose of the block."""
     joint = robot.joint[one.name]
 
     def command(it: Interface) -> Interface:
@@ -190,7 +190,7 @@ def follows(joint: Joint | None, component: Component) -> bool:
 
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the hardware blocks for an output; problems of all outputs are reported only for the first output."""
+    """Validate the hardware blocks for an output; problems that affect all outputs are reported only once."""
     if not case.robot.control:
         message = f'output "{output.name}" has the option "control", but the description has no hardware blocks'
         help = 'add "control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}" to the description'
@@ -225,7 +225,6 @@ def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help
 
 
 def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
-    """Yield ("command" or "state", index, interface) for each interface of a component."""
     yield from (("command", *numbered) for numbered in enumerate(one.command))
     yield from (("state", *numbered) for numbered in enumerate(one.state))
 

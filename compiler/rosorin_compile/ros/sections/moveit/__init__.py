@@ -79,7 +79,7 @@ class CollisionSearch:
 
 @dataclass(frozen=True)
 class CollisionMatrix:
-    """The link pairs that MoveIt need not check for collisions, computed with a number of random states.
+    """Link pairs that MoveIt need not check for collisions; ``states`` is the number of random states that were tried.
 
     ``of`` is a digest of all inputs. Digests of single inputs show which pairs must be computed again: ``meshes`` by
     file, ``shapes`` by link, ``joints`` by joint, and ``how`` for the settings.
@@ -118,7 +118,7 @@ class Moveit:
 
     @property
     def own_names(self) -> Mapping[str, Collection[str]]:
-        """Names that other sections can refer to, by kind: the virtual joint, of the kind "joint"."""
+        """Names in this section that other sections can refer to, by kind of object: the virtual joint is a "joint"."""
         return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
 
 

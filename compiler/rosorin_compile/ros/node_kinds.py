@@ -106,7 +106,7 @@ class Kind(NamedTuple):
         return filter(self.has, self.keys.values())
 
     def like(self, name: str) -> set[str]:
-        """Return names to suggest for a misspelt parameter, with words and numbers of ``name`` in place of variables."""
+        """Return parameter names to suggest for a misspelt name, whose words replace variables such as <n>."""
         words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
             variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]

@@ -113,7 +113,7 @@ class _Reader:
             if isinstance(event, yaml.ScalarEvent) and event.tag == "tag:yaml.org,2002:str":
                 self.texts.add(event.start_mark.index)  # type: ignore[union-attr]
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > 42:  # maximum nesting of mappings and lists
+            if depth > 42:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:

@@ -133,7 +133,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
-    """Return the topic of a filter input from its entry ``one``, or else of the IMU sensor, or "" if unknown."""
+    """Return the topic of a filter input: from its entry ``one``, or from the IMU sensor, or "" if unknown."""
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]

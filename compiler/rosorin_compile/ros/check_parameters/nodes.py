@@ -273,7 +273,7 @@ class Claim(NamedTuple):
 
     @property
     def because(self) -> str:
-        """The parameter that enables the transform, for messages: ``"publish_tf" is false by default``."""
+        """The parameter that enables the transform, as text such as ``"publish_tf" is false by default``."""
         return f'"{self.key}" is {as_yaml(self.switch.value)}{self.switch.how}'
 
     @property

@@ -38,7 +38,7 @@ class RobotParameters(NamedTuple):
 
 
 def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters:
-    """Derive parameters of a controller (with the full type ``plugin``) from the robot, for all ROS distributions."""
+    """Derive parameters of a controller from the robot, for all ROS distributions; ``plugin`` is its full type."""
     about = interfaces_of(plugin)
     if "drive" in about:
         return _of_drive(robot, controller, about["drive"])
@@ -107,7 +107,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _quantities(robot: Robot, driving: DriveKinematics, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Compute joint names and sizes (m, rad) of the drive, by the names in ``derived`` of ``ros2_controllers.json``."""
+    """Compute joint names and sizes (m, rad) of the drive, by the keys in ``derived`` of ``ros2_controllers.json``."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
     found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
@@ -193,7 +193,7 @@ class ControllerParameters(NamedTuple):
 
 
 def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
-    """Return the controllers with their parameters for a ROS distribution, as described or derived from the robot."""
+    """Return the controllers of a robot with all parameters for a ROS distribution."""
     made = []
     for one in robot.controllers:
         plugin = full_type(one.type)

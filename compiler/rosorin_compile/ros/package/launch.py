@@ -156,7 +156,7 @@ class CarriedDescription(NamedTuple):
 def carry(
     compiled: CompileResult, request: Request, options: Options
 ) -> tuple[CarriedDescription | None, list[Diagnostic]]:
-    """Return the description to copy, or None if the package options do not require compiling at launch, and errors.
+    """Return (description, errors); the description is None unless the package options require compiling at launch.
 
     The argument values of the request become the defaults at launch. Raises LoadError.
     """
@@ -169,7 +169,8 @@ def carry(
     elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
-    # Copy the folder "descriptions" if it contains all files, else its parent. Without it, copy the folder of the file.
+    # Copy the folder "descriptions" if it contains all files, else its parent folder. If there is no such folder, copy
+    # the folder of the main file.
     top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
     if (folder := next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)) is None:
         prefix += f"{top.name if top.name.isprintable() and top.name.strip('.') else 'robot'}/"

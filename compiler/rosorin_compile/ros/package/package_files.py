@@ -86,7 +86,7 @@ def _setup_installs(text: str, file: str) -> bool:
     if not folder or any(folder == pattern.rstrip("/") for pattern in patterns):
         file = name
         patterns = [pattern.rpartition("/")[2] for pattern in patterns]
-    # unlike in fnmatch, a wildcard of glob does not match "/"
+    # unlike in fnmatch, a wildcard in glob does not match "/"
     return any(file.count("/") == one.count("/") and fnmatch.fnmatchcase(file, one) for one in patterns)
 
 

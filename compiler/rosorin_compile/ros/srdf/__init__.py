@@ -121,7 +121,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text, notes = templates.own("ros/robot.srdf.jinja", values), []
     stale, meshes = planning.stale_pairs()
-    if meshes and stale:  # ``checks`` reports other changes
+    if meshes and stale:  # the module ``checks`` reports other changes
         message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(stale)}"
         notes.append(report("collisions-stale", message))
     simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}

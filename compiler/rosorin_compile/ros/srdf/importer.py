@@ -282,7 +282,7 @@ class _Importer:
         of_joint[name.value] = SourceValue(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
-        """Convert states to poses with names that are not in ``taken``; compatible states of equal name share a pose."""
+        """Convert states to poses with names that are not in ``taken``; merge states with equal names if possible."""
         made: Entry = {}
         names: dict[tuple[str, str], str] = {}
         of_groups = [(group, self.states.get(group, {})) for group in self.groups]

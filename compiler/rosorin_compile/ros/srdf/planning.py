@@ -81,7 +81,7 @@ class PlanningModel:
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> Parts:
-        """Return digests of single inputs of the matrix; ``meshes`` are the digests of mesh files by name."""
+        """Return digests of single inputs of the collision matrix; ``meshes`` are the digests of mesh files by name."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
@@ -203,7 +203,7 @@ class PlanningModel:
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
-        """Return joint settings for planners, including the motion model diff_drive if the base cannot move sideways."""
+        """Return joint settings for planners, including the motion model diff_drive for a base that cannot slide."""
         found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
         virtual, drive = self.virtual, self.robot.drive
         if virtual is not None and virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING:

@@ -288,7 +288,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
         entry, word = value_at(case.tree, ("control", block.name, *path, key)), interface.name
-        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # a plain string has no subpath
+        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # an entry that is a string has no items
         place: Path = (*path, key, *steps)
         if (near := _WORDS.get(word.casefold(), "")) not in known:
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=0.8)), "")

@@ -59,7 +59,7 @@ class Graph:
     def add(
         self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with its ports (``those``), parameters, namespace (``space``), and remaps as pairs (from, to)."""
+        """Add a node with its topics (``those``), parameters, namespace (``space``), and remaps as pairs (from, to)."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
         moved = {full_topic(old, space, own): new for old, new in remaps}

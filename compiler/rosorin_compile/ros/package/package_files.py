@@ -1,4 +1,4 @@
-"""Inspect ROS packages on disk: list their files, and find files that they do not install."""
+"""List the files of ROS packages on disk, and find files that the build files of a package do not install."""
 
 import fnmatch
 import os

@@ -1,4 +1,4 @@
-"""Build the ROS graph of a robot: the nodes that its package starts, and their topics; find unconnected topics."""
+"""Build the ROS graph of a robot, the nodes that its package starts and their topics, and find unconnected topics."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,9 +26,9 @@ _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 @dataclass(frozen=True)
 class End:
-    """A publisher or subscriber of a topic; ``type`` is the message type, ``key`` the parameter with the topic.
+    """A publisher or subscriber of a topic; ``reliable`` is False if the QoS is best effort.
 
-    ``reliable`` is True for the QoS policy reliable, False for best effort.
+    ``type`` is the message type, ``key`` the parameter that sets the topic, or "".
     """
 
     node: str
@@ -41,7 +41,7 @@ class End:
 
 @dataclass
 class Graph:
-    """The kind of each node, ``node`` or ``driver`` (not started by the package), and all their topics."""
+    """ROS nodes with their publishers and subscribers; ``nodes`` maps names to "node", or "driver" if external."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     published: list[End] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Graph:
     starts: tuple[str, ...] = ()
 
     def publishers(self, end: End) -> list[End]:
-        """Return the publishers on the topic of a subscriber, whatever their message types."""
+        """Return all publishers on the topic of a subscriber, including publishers of other message types."""
         return [one for one in self.published if one.topic == end.topic]
 
     def readers(self, end: End) -> list[End]:
@@ -59,7 +59,7 @@ class Graph:
     def add(
         self, name: str, those: Iterable[Port], values: Mapping[str, Any], space: str = "", remaps: _Remaps = ()
     ) -> None:
-        """Add a node with the ports ``those``, parameters by full key, namespace ``space``, and remaps (from, to)."""
+        """Add a node with its topics (``those``), parameters, namespace (``space``), and remaps as pairs (from, to)."""
         self.nodes[name] = NODE
         own = name.rpartition("/")[2]
         moved = {full_topic(old, space, own): new for old, new in remaps}
@@ -73,7 +73,7 @@ class Graph:
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield (parameter, topic, message type) for each topic of a port."""
+    """Yield (parameter, topic, message type) for each topic of a port; a port such as ``odom<n>`` has several."""
     if "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
         yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
@@ -93,14 +93,14 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
 
 
 def source_message(values: Mapping[str, Any]) -> str:
-    """Return the message type that the parameters of an observation source select; by default LaserScan."""
+    """Return the message type of an observation source from its parameters; by default LaserScan."""
     kind = str(values.get("data_type") or values.get("type") or "LaserScan")
     kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
     return f"sensor_msgs/msg/{kind}"
 
 
 def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
-    """Build the graph of the nodes that a package starts."""
+    """Build the graph of the nodes that a package starts; ``starts`` are "control", "moveit" and "nav2"."""
     made, first = Graph(starts=tuple(starts)), {output.backend: output for output in reversed(robot.outputs)}
     control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
     namespace = namespace_of(control) if control else ""
@@ -139,13 +139,13 @@ def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
             made.nodes[node] = DRIVER
-            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # QoS of most drivers
+            port, reliable = Port(node, OUT, topic, sensor.type), sensor.type == "imu"  # as in most drivers
             made.published.append(End(node, full_topic(topic, "", ""), message, port, reliable=reliable))
     return made
 
 
 def topics_of_sensors(robot: Robot) -> Iterator[tuple[Sensor, str, str]]:
-    """Yield (sensor, topic, message type) for each sensor that has a topic in the description."""
+    """Yield (sensor, topic, message type) for each sensor whose topic is in the description."""
     first = {output.backend: output.options for output in reversed(robot.outputs)}
     keys = ((NAV2, "sources"), ("robot_localization", "inputs"))
     entries = [entry for backend, key in keys for entry in (first.get(backend, {}).get(key) or {}).values()]
@@ -166,7 +166,7 @@ def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
 
 
 def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
-    """Report each topic that is subscribed but not published, and velocity commands without a subscriber."""
+    """Report topics with subscribers but no publisher, incompatible QoS, and velocity commands without a subscriber."""
     reported: set[tuple[str, str]] = set()
     for end in made.read:
         others = made.publishers(end)
@@ -185,7 +185,6 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
 
 
 def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[End]) -> Iterator[Diagnostic]:
-    """Report an unpublished topic: with the cause if the package could provide it, else as the task of a driver."""
     end = readers[0]
     who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
@@ -223,7 +222,7 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic with its publishers and subscribers."""
+    """A topic with the names of its publishers and subscribers."""
 
     topic: str
     type: str
@@ -233,7 +232,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class RobotGraph:
-    """The nodes of a robot and the topics between them; ``robot`` is "" if the description has errors."""
+    """The ROS nodes of a robot and their topics; ``robot`` is "" if the description has errors."""
 
     robot: str = ""
     nodes: tuple[str, ...] = ()
@@ -263,9 +262,9 @@ class RobotGraph:
 def graph(
     robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
 ) -> RobotGraph:
-    """Return the ROS 2 nodes that a package of a robot starts, and the topics between them.
+    """Return the ROS 2 nodes that the package of a robot starts, and their topics.
 
-    Topics that are subscribed but not published are reported in ``diagnostics``.
+    Topics that have subscribers but no publisher are reported in ``diagnostics``.
 
     Example:
         >>> import rosorin_compile

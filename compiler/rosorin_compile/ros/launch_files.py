@@ -27,7 +27,7 @@ Names = Mapping[str, Any]
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
 _OPERATORS: Mapping[Any, Any] = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Div: operator.truediv}
 _CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
-# An escaped character, a launch argument, or another substitution, whose value is only known at launch.
+# Matches an escaped character, a launch argument, or another substitution, whose value is only known at launch.
 _SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
 _UNKNOWN = "\0"
 
@@ -38,20 +38,20 @@ _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
 _QUATERNION = ("--qx", "--qy", "--qz", "--qw")
 _FRAMES = ("--frame-id", "--child-frame-id")
-# The flags that positional arguments correspond to, by number of arguments. Yaw comes before pitch and roll.
+# Flags in the order of positional arguments, by number of arguments: 8 with Euler angles, 9 with a quaternion.
 _WITHOUT_FLAGS = {8: (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES), 9: (*_XYZ, *_QUATERNION, *_FRAMES)}
 
 
 class LaunchError(Exception):
-    """A launch file that cannot be parsed; the message is the reason."""
+    """A launch file cannot be parsed."""
 
 
 class _Unknown(Exception):
-    """The value of an expression is only known at runtime."""
+    """The value of an expression is only known at launch."""
 
 
 class Remap(NamedTuple):
-    """A remap with the names as written in the file; ``node`` is the name of the node, or "" for all nodes."""
+    """A remap of a topic from ``name`` to ``to``; ``node`` is the name of the node, or "" for a remap of all nodes."""
 
     name: str
     to: str
@@ -60,7 +60,7 @@ class Remap(NamedTuple):
 
 
 class LaunchNode(NamedTuple):
-    """A node in a launch file, or remaps for all nodes if ``name`` is ""; None is a value only known at launch."""
+    """A node in a launch file, or the remaps of all nodes if ``name`` is ""; values only known at launch are None."""
 
     name: str
     executable: str
@@ -70,7 +70,7 @@ class LaunchNode(NamedTuple):
 
 
 def nodes_of(source: Source) -> Iterator[LaunchNode]:
-    """Yield the nodes of a launch file in Python, YAML or XML, by its file extension. Raises LaunchError."""
+    """Yield the nodes in a launch file; its extension selects Python, YAML or XML. Raises LaunchError."""
     read = {".py": _python, ".yaml": _yaml, ".yml": _yaml}.get(Path(source.path).suffix, _xml)
     try:
         yield from read(source)
@@ -83,7 +83,7 @@ def _xml(source: Source) -> Iterator[LaunchNode]:
         elements = list(parse(source).root.iter())
     except MarkupError as problem:
         raise LaunchError(f"not XML: {problem.diagnostic.message}") from None
-    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # args of <include>
+    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # elements in <include>
     declared = [one for one in elements if one.tag in ("arg", "let") and id(one) not in passed]
     variables = {one.get("name"): one.get("default", one.get("value")) for one in declared}
     for one in elements:
@@ -123,7 +123,7 @@ def _list(value: Any) -> list[Any]:
 
 
 def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
-    """Split ``args`` of a node into words, with launch arguments at their defaults; None is a value known at launch."""
+    """Split the attribute ``args`` of a node into words; a word that is only known at launch is None."""
 
     def put(match: re.Match[str]) -> str:
         return match[1] or (shlex.quote(variables[match[2]]) if match[2] in variables else _UNKNOWN)
@@ -157,7 +157,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
 
 
 def _calls_in(tree: ast.AST, function: ast.FunctionDef | None = None) -> Iterator[tuple[ast.Call, Any]]:
-    """Yield every call in a program, with the function definition that contains the call, or None."""
+    """Yield (call, enclosing function or None) for each call in a Python program."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Call):
             yield node, function
@@ -187,7 +187,7 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
 
 
 def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
-    """Return the values of names in a function during a call: known arguments, and ``names`` of the module."""
+    """Return the variables that a function sees during a call: its arguments, and ``names`` of the module."""
     positional = [one.arg for one in function.args.args]
     parameters = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
     inside = {name: held for name, held in names.items() if name not in parameters}
@@ -201,7 +201,7 @@ def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dic
 
 
 def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
-    """Return ``names`` and the variables that are assigned exactly once, with a known value."""
+    """Return ``names`` and all variables that are assigned exactly once, to a known value."""
     changes = Counter[str]()
     assigned: list[tuple[str, ast.expr]] = []
     for node in ast.walk(tree):
@@ -232,7 +232,7 @@ def _known(node: ast.expr, names: Names) -> Any:
 
 
 def _value(node: ast.expr, names: Names) -> Any:
-    """Evaluate an expression of literals, ``names``, pi and a few functions. Raises _Unknown if it has other terms."""
+    """Evaluate an expression of literals, ``names``, pi and a few functions. Raises _Unknown for other terms."""
     match node:
         case ast.Constant(value=constant):
             return constant
@@ -260,7 +260,7 @@ def _value(node: ast.expr, names: Names) -> Any:
 
 
 class StaticTransform(NamedTuple):
-    """A static transform in a launch file; ``texts`` are its arguments as written, by flag."""
+    """A static transform in a launch file; ``texts`` maps flags such as "--x" to the arguments as written."""
 
     parent: str
     child: str
@@ -275,7 +275,7 @@ def static_nodes(source: Source) -> list[LaunchNode]:
 
 
 def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform | None:
-    """Parse the arguments of static_transform_publisher (``ros2/geometry2``); return None if unknown or invalid."""
+    """Parse the arguments of static_transform_publisher; return None if they are invalid or only known at launch."""
     words = [word for word in arguments or () if word is not None]
     if arguments is None or len(words) < len(arguments):
         return None
@@ -347,7 +347,7 @@ def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
 
 
 def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequence[str]) -> Iterator[Diagnostic]:
-    """Check the static transforms in launch files; ``ours`` are generated files, which are skipped."""
+    """Check the static transforms in the launch files of a folder; ``ours`` are generated files, which are skipped."""
     published: dict[str, str] = {}
     complete, any_publisher = True, bool(ours)
     for name in files:
@@ -355,7 +355,7 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
             continue
         data = read_bytes(folder / name)
         if name.endswith("/static_frames.launch.py") and is_generated(data):
-            continue  # it compiles the description at launch, so it cannot differ
+            continue  # this file compiles the description at launch, so its transforms cannot differ
         source = Source(str(folder / name), data.decode("utf-8", "replace"))
         try:
             nodes = static_nodes(source)

@@ -1,7 +1,7 @@
 """Find the navigation frames of a description (map, odom and base, REP 105) and their publishers.
 
-The section ``edges`` lists transforms: one from a frame outside the robot to a link is the odometry, and the parent of
-the odometry frame is the map. The kind of a node follows from its name or package.
+The section ``edges`` lists published transforms. A transform from a frame outside the robot to a link is the odometry
+(odom -> base); the parent of its odom frame is the map frame. The kind of a node follows from its name or package.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,7 +20,7 @@ AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
 
 
 class Problem(NamedTuple):
-    """A problem with an output; ``path`` is relative to the output, or to the whole description if ``absolute``."""
+    """A problem with an entry of ``outputs``; ``path`` is relative to the entry unless ``absolute`` is True."""
 
     rule: str
     message: str
@@ -32,7 +32,7 @@ class Problem(NamedTuple):
 
 
 class Lead(NamedTuple):
-    """A published transform parent -> child (an edge); ``path`` is its path in the description."""
+    """A published transform parent -> child; ``path`` is the path of its entry in the section ``edges``."""
 
     parent: str
     child: str
@@ -44,7 +44,7 @@ class Lead(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The map frame ("" if unknown), the odometry frame, its child link (``moved``), and all published edges."""
+    """The map frame ("" if unknown), the odom frame, the link that odometry moves, and all published transforms."""
 
     map: str
     odom: str
@@ -52,13 +52,16 @@ class Frames(NamedTuple):
     leads: tuple[Lead, ...]
 
     def transforms_of(self, publisher: Publisher) -> list[Lead]:
-        """Return the edges of a publisher; edges with the same frames are returned only once."""
+        """Return the transforms of a publisher, without duplicates."""
         mine = {(lead.parent, lead.child): lead for lead in self.leads if lead.publisher.name == publisher.name}
         return list(mine.values())
 
 
 def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem]]:
-    """Return the navigation frames, or None and the problems; the options of ``output`` resolve ambiguities."""
+    """Return (frames, []), or (None, problems) if the navigation frames are unknown or ambiguous.
+
+    The options ``odom_frame`` and ``map_frame`` of the output select the frames of an ambiguous robot.
+    """
 
     def wrong(message: str, help: Help, path: Path = ()) -> tuple[None, list[Problem]]:
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
@@ -90,7 +93,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
 
 
 def kind_of(publisher: Publisher) -> str:
-    """Return the kind of a publisher: AMCL, SLAM, FILTER, or "" for other nodes."""
+    """Return AMCL, SLAM or FILTER for a publisher of this kind, or "" for other nodes."""
     if publisher.kind != NODE or "navsat" in publisher.name:
         return ""
     known = [kinds("")[kind] for kind in (AMCL, SLAM, FILTER)]
@@ -98,21 +101,24 @@ def kind_of(publisher: Publisher) -> str:
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
-    """Return the kinds (see ``kind_of``) of the nodes that publish map -> odom when all modes are off."""
+    """Return the kinds (AMCL, SLAM, FILTER or "") of nodes that publish map -> odom when the robot is in no mode."""
     edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
     off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
     return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
 
 
 def stated_topic(robot: Robot, name: str) -> str:
-    """Return the topic in the ``gazebo`` entry of a sensor, or "" if it is unset or equals the sensor name."""
+    """Return the topic in the ``gazebo`` entry of a sensor, or "" if the topic is not set or equals the sensor name."""
     simulated = (one for sensor in robot.sensors if sensor.name == name for one in sensor.gazebo)
     topics = (element.value for one in simulated for element in one.elements if element.name == "topic")
     return next((str(one) for one in topics if one not in (name, None)), "")
 
 
 def diagnose(case: Case, output: Output, find: Callable[[Robot, Output], tuple[Any, ...]]) -> Iterator[Diagnostic]:
-    """Call ``find``, and yield the problems in its last result with positions; skip a robot that is not a tree."""
+    """Convert the problems of ``find(robot, output)`` to diagnostics; skip a robot that is not a tree.
+
+    The problems are the last item of the tuple that ``find`` returns.
+    """
     entry: Path = ("outputs", output.name)
     problems: list[Problem] = find(case.robot, output)[-1] if case.robot.is_tree else []
     for one in problems:

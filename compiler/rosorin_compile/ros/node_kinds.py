@@ -1,7 +1,7 @@
 """Load the kinds of ROS nodes (``ros2_nodes.json``, ``ros2_controllers.json``), and validate their parameters.
 
-The key ``about`` of each file explains its fields and sources. Validators are named as in
-``PickNikRobotics/generate_parameter_library``, with ``set_of`` for the combinations of interfaces in
+The key ``about`` of each file explains its fields and sources. Validators have the names of
+``PickNikRobotics/generate_parameter_library``; ``set_of`` is added for the interface combinations of
 joint_trajectory_controller (``validate_jtc_parameters.hpp`` of ros2_controllers).
 """
 
@@ -22,23 +22,23 @@ from rosorin_compile.source.wording import phrase, quote, suggest
 
 from .ports import Role, distribution_of_ports, facts, port_of
 
-DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # in the tables; "" means any distribution
+DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # distributions in the tables; "" means any
 MANAGER = "controller_manager"
 REMOVE = "remove it"
 _TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string": str}
-# Parameters that every node may have, and prefixes of such parameters.
+# Parameters that every node accepts, by name and by prefix.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
 _VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
 
 
 class Key(NamedTuple):
-    """A parameter of a kind of node. ``name`` may contain variables such as <n>, which match many names.
+    """A parameter of a kind of node; variables in its name, such as <n> in ``odom<n>``, match any number or word.
 
-    ``valid`` maps validators to their arguments; ``forced`` is a value that cannot be changed. If the value is a frame,
-    ``frame`` is its role, else "". ``only`` are the distributions with this parameter; ``stock``, if not empty, are
-    those whose stock plug-ins have it. A node does not start without a ``needed`` parameter. ``renamed`` maps values
-    that are no longer accepted to their replacements.
+    ``valid`` maps validators to their arguments. ``only`` are the distributions that have the parameter; ``stock`` are
+    the distributions whose default plugin has it. ``frame`` is the role of a frame name, or "" for other values.
+    ``forced`` is a value that cannot be changed. If ``needed``, the node does not start without the parameter.
+    ``renamed`` maps values of earlier distributions to their replacements.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Key(NamedTuple):
 
     @property
     def many(self) -> bool:
-        """Return True if the name contains variables."""
+        """Whether the name contains variables."""
         return "<" in self.name or "__map_" in self.name
 
 
@@ -66,11 +66,12 @@ def _pattern(name: str) -> re.Pattern[str]:
 
 
 class Kind(NamedTuple):
-    """A kind of node, such as amcl; ``keys`` are its parameters by name, ``complete`` if there are no others.
+    """A kind of node, such as amcl, or a type of controller; ``keys`` are its parameters by name.
 
-    ``keys`` has the parameters of all distributions, with types and defaults for ``distribution``. ``names`` are usual
-    names of the node, ``signs`` are parameters that identify the kind. ``transform`` names the parameters for parent,
-    child and switch of the published transform; ``odometry`` is the topic on which a controller publishes it.
+    ``keys`` has the parameters of all distributions, with the defaults of ``distribution``; if ``complete``, there are
+    no others. ``names`` are usual names of the node, ``signs`` are parameters that identify this kind. ``transform``
+    names the parameters for "parent", "child" and "switch" of the published transform. ``odometry`` is the topic on
+    which a controller publishes a transform, or "".
     """
 
     name: str
@@ -85,7 +86,7 @@ class Kind(NamedTuple):
     transform: Mapping[str, str] = {}
 
     def key(self, name: str) -> Key | None:
-        """Return the parameter with this name, else a parameter whose variables match the name, or None."""
+        """Return the parameter with this name or with a pattern that matches the name, or None if there is none."""
         patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
         return self.keys.get(name) or next(patterns, None)
 
@@ -94,19 +95,18 @@ class Kind(NamedTuple):
         return key is not None and self.has(key)
 
     def has(self, key: Key) -> bool:
-        """Return True if the parameter exists in the distribution of this kind."""
         return not self.distribution or self.distribution in key.only
 
     def writes(self, key: Key) -> bool:
-        """Return True if the parameter exists in the distribution and, if it is of a plug-in, in the stock plug-in."""
+        """Return True if the distribution has the parameter and, for a plugin parameter, its default plugin has it."""
         return self.has(key) and (not key.stock or self.distribution in key.stock)
 
     def own_keys(self) -> Iterator[Key]:
-        """Yield the parameters that exist in the distribution of this kind."""
+        """Yield the parameters that the distribution of this kind has."""
         return filter(self.has, self.keys.values())
 
     def like(self, name: str) -> set[str]:
-        """Return candidates for a misspelt key; their variables are replaced by the words and number in the key."""
+        """Return parameter names to suggest for a misspelt name, whose words replace variables such as <n>."""
         words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
             variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]
@@ -116,9 +116,9 @@ class Kind(NamedTuple):
 
 
 def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-    """Return True if a node in a file is a ``publisher`` of the description: if its name or else its package matches.
+    """Return True if a node in a file is the node ``publisher`` of the description.
 
-    A node that has the name of another of the ``publishers`` is not matched by package.
+    The names must be equal. If no publisher has the name of the node, equal packages are sufficient.
     """
     of_package = kind is not None and publisher.package in kind.packages
     is_named = any(name == other.name for other in publishers)
@@ -127,13 +127,13 @@ def is_of(name: str, kind: Kind | None, publisher: Publisher, publishers: Iterab
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
-    """Return the kinds of nodes by name, except controllers."""
+    """Return the kinds of nodes for a distribution by name, without controllers."""
     return {name: _kind(name, entry, {}, (), distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
 
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return the kind of a controller type, if necessary from another distribution, or None if unknown."""
+    """Return a controller type with its parameters, or None if they are unknown; ``distribution`` can be "" for any."""
     table = facts("ros2_controllers")
     entry = table["controllers"].get(plugin, {})
     if "keys" not in entry:
@@ -142,13 +142,12 @@ def controller(plugin: str, distribution: str) -> Kind | None:
 
 
 def plugins(distribution: str) -> Mapping[str, str]:
-    """Return the package of each controller type, including types whose parameters are unknown."""
+    """Map the controller types of a distribution to their packages, including types with unknown parameters."""
     found, known = facts("ros2_controllers")["controllers"], distribution and distribution_of_ports(distribution)
     return {name: of["package"] for name, of in found.items() if not known or known in of.get("only", DISTRIBUTIONS)}
 
 
 def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distro: str) -> Kind:
-    """Build a kind from its table entry; ``keys`` and ``packages`` are common to a group of kinds."""
     known, port = distro and distribution_of_ports(distro), port_of(name, "", Role.TF)
     known, made = known if known in entry.get("only", DISTRIBUTIONS) else "", {}
     for key, of in {**keys, **entry["keys"]}.items():
@@ -162,13 +161,13 @@ def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the kind of node with the most ``signs`` among the parameters ``keys``, or None without any."""
+    """Infer the kind of a node from its parameters ``keys``, or return None if they identify no kind."""
     best = max(kinds(distribution).values(), key=lambda kind: sum(sign in keys for sign in kind.signs))
     return best if any(sign in keys for sign in best.signs) else None
 
 
 def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the drive controller with the most parameters in ``keys``, or None without ``enable_odom_tf``."""
+    """Infer the type of a drive controller from its parameters, or return None if ``enable_odom_tf`` is missing."""
     if "enable_odom_tf" not in keys:
         return None
     plugins = [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
@@ -177,7 +176,7 @@ def drive_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
 
 
 def fits(value: Any, kind: str) -> bool:
-    """Return True if rcl accepts a value for a parameter type; 1 is not a double.
+    """Return True if rcl accepts a value for a parameter type. An integer is not a valid double.
 
     >>> fits(1, "double"), fits(1.0, "double"), fits([1, 2.0], "double_array"), fits("a", "string or string_array")
     (False, True, False, True)
@@ -190,7 +189,7 @@ def fits(value: Any, kind: str) -> bool:
 
 
 def convert(value: Any, kind: str) -> Any:
-    """Convert a number to a parameter type if that preserves the value, else return it unchanged."""
+    """Convert numbers to a parameter type, such as 1 to 1.0 for a double; return other values unchanged."""
     for one in kind.split(" or "):
         if one.endswith("_array") and isinstance(value, (list, tuple)):
             return [convert(item, one.removesuffix("_array")) for item in value]
@@ -210,7 +209,7 @@ def as_yaml(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
-_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # comparison and text by validator
+_BOUNDS: Mapping[str, tuple[Callable[[Any, Any], bool], str]] = {  # (comparison, words for messages) by validator
     "gt": (operator.gt, "above"),
     "gt_eq": (operator.ge, "at least"),
     "lt_eq": (operator.le, "at most"),
@@ -242,7 +241,10 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
 
 
 class Finding(NamedTuple):
-    """A problem with a node or a parameter value (its name if ``at_key``); ``known`` are names for ``unknown``."""
+    """A problem with a node or a parameter; ``at_key`` is True if the name of the parameter is wrong, not the value.
+
+    ``unknown`` is a misspelt name in the value, and ``known`` are names to suggest for it.
+    """
 
     rule: str
     message: str
@@ -259,9 +261,9 @@ class Finding(NamedTuple):
 
 
 def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Iterator[Finding]:
-    """Validate parameters by full key against the kind of their node; ``name`` is the node in messages.
+    """Validate the parameters of a node; ``values`` maps dotted names to values, ``name`` is the node in messages.
 
-    Without a kind, only values that are invalid for every parameter are reported.
+    If ``kind`` is None, only values that no parameter can have are reported.
     """
     for key, value in values.items():
         known = kind.key(key) if kind is not None else None
@@ -275,7 +277,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
                 yield from _unknown(name, kind, key, values, known)
         else:
             yield from _wrong_value(name, key, value, known)
-            many = known.name.partition("__map_")[2].partition(".")[0]  # "joints" for gains.joint1.p
+            many = known.name.partition("__map_")[2].partition(".")[0]  # "joints" in gains.__map_joints.p
             match, listed = _pattern(known.name).fullmatch(key), values.get(many)
             if match and many and key not in kind.keys and isinstance(listed, (list, tuple)) and match[1] not in listed:
                 message = f'"{key}" of {name} has no effect: "{match[1]}" is not in its {many}'
@@ -284,7 +286,6 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
-    """Report a key that a kind of node does not have; ``of_others`` is the key if other distributions have it."""
     names, severity = kind.like(key), ERROR
     close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=0.9)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""

@@ -33,16 +33,16 @@ _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
-# Substitutions of launch files, $(...), and of nav2_common, <...>, which replaces them in parameter files.
+# Launch substitutions $(...), and keywords <...> that nav2_common replaces in parameter files.
 _SUBSTITUTED = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _MOST = 2**63 - 1
-# Strings that need no quotes, unless they are in _WORDS, which YAML reads as another type.
+# Strings that need no quotes, unless they are in _WORDS: YAML reads these words as another type.
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
 
 
 class Parameter(NamedTuple):
-    """A parameter value (bool, int, float, str, or a list of one of these), and the positions of key and value."""
+    """A parameter value (bool, int, float, str or a list of these), and the positions of its key and value."""
 
     value: Any
     key: Span
@@ -57,7 +57,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class Section:
-    """Parameters, by full key, for nodes whose full name matches ``name``, which may contain "*" and "**"."""
+    """The parameters (by dotted name) of all nodes whose full name matches ``name``; "*" and "**" are wildcards."""
 
     name: str
     span: Span
@@ -76,7 +76,7 @@ class Section:
 
 
 class NoParameters(DiagnosticError, ValueError):
-    """A file is not a valid parameter file; the exception contains the diagnostic."""
+    """The file is not a valid parameter file; the exception contains the diagnostic."""
 
 
 def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
@@ -99,8 +99,6 @@ def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
 
 
 class _Reader:
-    """Converts YAML nodes to parameters as rcl does."""
-
     def __init__(self, source: Source) -> None:
         self.source = source
         self.sections: dict[str, Section] = {}
@@ -108,7 +106,6 @@ class _Reader:
         self.texts: set[int] = set()  # offsets of values tagged with !!str
 
     def check_events(self, events: Iterable[Any]) -> None:
-        """Reject aliases and deep nesting, and collect !!str tags, in YAML events before YAML nodes are built."""
         depth = 0
         for event in events:
             if isinstance(event, yaml.AliasEvent):
@@ -116,11 +113,11 @@ class _Reader:
             if isinstance(event, yaml.ScalarEvent) and event.tag == "tag:yaml.org,2002:str":
                 self.texts.add(event.start_mark.index)  # type: ignore[union-attr]
             depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > 42:  # maximum nesting of mappings and lists
+            if depth > 42:
                 raise self.fail("nested deeper than 40 levels", event, "flatten the file")
 
     def names(self, above: str, mapping: Any, named: Span | None) -> bool:
-        """Read a mapping of namespaces and ROS nodes in namespace ``above``; return True if it contains parameters."""
+        """Read the namespaces and nodes in the namespace ``above``; return True if they contain parameters."""
         is_node = has_parameters = False
         for key, value in mapping.value:
             if not (name := self.text(key)):
@@ -153,7 +150,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Add parameters to a section; return the last name if its mapping is empty, after which rcl misreads keys."""
+        """Add parameters to a section; return the last key if its mapping is empty: rcl misreads the keys after it."""
         empty = ""
         for key, value in mapping.value:
             if not (text := self.text(key)):
@@ -187,7 +184,6 @@ class _Reader:
         section.parameters[name] = made
 
     def values(self, name: str, items: Any) -> list[Any]:
-        """Parse a list, and report values of different types."""
         values, first = list[Any](), ""
         for item in items.value:
             if _is_list(item):
@@ -217,13 +213,12 @@ class _Reader:
             return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
             fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
-            return (float(text), "double") if fits else (text, "string")  # as rcl does if out of range
+            return (float(text), "double") if fits else (text, "string")  # rcl reads numbers out of range as strings
         if _SPECIAL.match(text):
             return float(text.replace(".", "")), "double"
         return text, "string"
 
     def text(self, node: Any) -> str:
-        """Return a key as a string; other types of keys are errors."""
         if not isinstance(node, yaml.ScalarNode):
             raise self.fail("a key is plain text", node)
         return str(node.value)
@@ -246,13 +241,13 @@ def _is_list(node: Any) -> bool:
 
 @dataclass(frozen=True)
 class Parameters:
-    """The contents of a parameter file: ``node`` maps full node names to parameters by full key."""
+    """The contents of a parameter file; ``node`` maps full node names to parameters by dotted name."""
 
     node: Mapping[str, Mapping[str, Any]]
 
 
 def nodes_of(text: str) -> dict[str, dict[str, Any]]:
-    """Parse a generated parameter file; map full node names to parameters by full key. Raises ValueError if damaged."""
+    """Parse a generated parameter file; return {node: {parameter: value}}. Raises ValueError if the file is damaged."""
     sections, _ = read_sections(Source("", text))
     if not sections:
         raise ValueError(f"it is not a parameter file: it has no {PARAMETERS}")
@@ -260,7 +255,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 
 
 class Node(NamedTuple):
-    """A ROS node with its parameters by full key; ``kind`` is its kind or kind name, or None if unknown."""
+    """A ROS node and its parameters by dotted name; ``kind`` is a kind of node or its name, or None if unknown."""
 
     name: str
     kind: Kind | str | None
@@ -268,7 +263,7 @@ class Node(NamedTuple):
 
 
 def distro_of(output: Output) -> str:
-    """Return the option ``distribution`` of an output, or its default."""
+    """Return the ROS 2 distribution of an output: its option ``distribution``, by default jazzy."""
     return str(output.options.get("distribution", JAZZY))
 
 
@@ -288,7 +283,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return the contents of a parameter file for nodes; empty lists are left out, because rcl cannot infer a type."""
+    """Return the contents of a parameter file. Empty lists are omitted, because rcl cannot infer their type."""
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind

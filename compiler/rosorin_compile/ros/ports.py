@@ -1,4 +1,4 @@
-"""The topics that stock ROS 2 nodes subscribe to and publish (their ports), from ``schemas/ros2_ports.json``."""
+"""The ports of stock ROS 2 nodes (topics that they subscribe to or publish), from ``schemas/ros2_ports.json``."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ IN, OUT = "in", "out"
 
 
 class Role:
-    """The possible roles (purposes) of a topic."""
+    """The purpose of a topic."""
 
     VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
     IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
@@ -21,8 +21,8 @@ class Role:
 class Port(NamedTuple):
     """A topic that a node or controller type subscribes to or publishes; ros2_ports.json explains the fields.
 
-    ``topic`` is the name after the remaps in nav2_bringup. ``stamp_parameter`` is the parameter that selects messages
-    with a header, with the default ``stamped``; it is "" if the node has no such parameter.
+    ``topic`` is the name after the remaps in nav2_bringup. ``stamp_parameter`` is the parameter that selects
+    TwistStamped, or "" if the node has none; ``stamped`` is its default.
     """
 
     node: str
@@ -44,7 +44,7 @@ class Port(NamedTuple):
     group: str = ""
 
     def is_stamped(self, parameters: Mapping[str, Any]) -> bool:
-        """Return True if a node with these parameters uses messages with a header (``TwistStamped``)."""
+        """Return True if a node with these parameters uses TwistStamped instead of Twist."""
         return bool(parameters.get(self.stamp_parameter, self.stamped)) if self.stamp_parameter else self.stamped
 
     def message(self, parameters: Mapping[str, Any]) -> str:
@@ -60,13 +60,13 @@ class Port(NamedTuple):
         return str(parameters.get(self.parameter) or self.topic)
 
     def exists(self, parameters: Mapping[str, Any]) -> bool:
-        """Return True if a node with these parameters has the port; an ``optional`` port does not exist by default."""
+        """Return True if a node with these parameters has the port. An ``optional`` port does not exist by default."""
         return all(parameters[key] == value if key in parameters else not self.optional for key, value in self.when)
 
 
 @cache
 def facts(name: str) -> Any:
-    """Load the table ``schemas/NAME.json`` of facts about ROS 2."""
+    """Load ``schemas/NAME.json``, a table of facts about ROS 2."""
     return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
 
 
@@ -93,7 +93,7 @@ def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -
     for key, defaults in entry.get("stamped", {}).items():
         if (default := defaults.get(distribution)) is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}
-        elif group == "control":  # controllers without the parameter require a header
+        elif group == "control":  # controllers without the parameter use TwistStamped
             known |= {"stamp_parameter": "", "stamped": True}
     return Port(**known)
 
@@ -106,7 +106,7 @@ def _of_nodes(distribution: str) -> tuple[Port, ...]:
 
 
 def ports(distribution: str, *, node: str = "", role: str = "", direction: str = "", group: str = "") -> Iterator[Port]:
-    """Yield the ports of stock nodes in a distribution; empty arguments match everything."""
+    """Yield the ports of stock nodes in a distribution that match all arguments; "" matches everything."""
     for port in _of_nodes(distribution_of_ports(distribution)):
         filters = ((node, port.node), (role, port.role), (direction, port.direction), (group, port.group))
         if all(value in ("", actual) for value, actual in filters):
@@ -121,17 +121,17 @@ def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
 
 
 def port_of(plugin: str, distribution: str, role: str) -> Port | None:
-    """Return the first port of a controller type with a role, or None."""
+    """Return the port of a controller type for a role, such as odometry, or None if there is none."""
     return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
 
 
 def full_type(word: str) -> str:
-    """Return the full controller type for a short name, or other names unchanged."""
+    """Return the full controller type for a short name such as "diff_drive"; return other names unchanged."""
     return str(facts("ros2_ports")["controllers"]["short"].get(word, word))
 
 
 def interfaces_of(plugin: str) -> dict[str, Any]:
-    """Return what a controller type needs (command and state interfaces, drive, sensor), or {} if unknown."""
+    """Return the command and state interfaces, drive or sensor that a controller type needs, or {} if unknown."""
     return dict(facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {}))
 
 

@@ -1,4 +1,4 @@
-"""Derive parameters of a robot_localization filter, which publishes odom -> base or map -> odom as in ``edges``."""
+"""Derive parameters of a robot_localization filter, which publishes odom -> base or map -> odom."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -16,7 +16,7 @@ from .navigation import FILTER, Frames, Lead, Problem, diagnose, frames_of, kind
 from .parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
 
-# The state variables of a filter, in the order of the 15 booleans of an input (filter_common.hpp).
+# State variables of a filter, in the order of the 15 booleans of odom0_config (filter_common.hpp).
 STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
 
 _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
@@ -27,7 +27,7 @@ def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Problem]]:
-    """Return the filter node with parameters (None on errors), the edge that it publishes, and the problems."""
+    """Return (filter node, published transform, problems); the node is None on errors."""
     frames, wrong = frames_of(robot, output)
     if frames is None:
         return None, None, wrong
@@ -108,7 +108,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
 
 
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
-    """Return the remaps (from, to) that connect the inputs of a filter to the odometry topics of controllers."""
+    """Return remaps (from, to) that connect the inputs of a filter to the odometry topics of controllers."""
     topics = {driver.name: f"/{driver.topic(driver.odometry).lstrip('/')}" for driver in drivers(robot)}
     inputs = {topic(robot, name, one): one.get("controller", "") for name, one in _inputs_of(output).items()}
     moved = [(heard, topics[one]) for heard, one in inputs.items() if one in topics]
@@ -116,10 +116,10 @@ def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
-    """Return the default state variables of a kind of input for the drive of the robot, or () without a drive.
+    """Return the state variables that a filter input (odom, pose, twist or imu) uses by default.
 
     Wheels measure velocities. If the base cannot move sideways, its lateral velocity of 0 is a valid measurement, but
-    only at the axle: a frame ``base`` elsewhere moves sideways when the robot turns.
+    only at the axle: any other frame ``base`` moves sideways when the robot turns. Without a drive, the result is ().
     """
     if robot.drive is None or kind == "pose":
         return ()
@@ -133,7 +133,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
-    """Return the topic of an input: its option ``topic``, else the topic of the IMU sensor, or "" if unknown."""
+    """Return the topic of a filter input: from its entry ``one``, or from the IMU sensor, or "" if unknown."""
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]
@@ -141,16 +141,16 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of the parameter file of a filter ("" on errors), and diagnostics."""
+    """Return the text of the parameter file of a filter, or "" if the output has errors, and diagnostics."""
     node, lead, _ = _content(robot, output)
     if node is None:
-        return "", []  # rules report the errors
+        return "", []  # rules report these errors
     head = f"robot_localization of {distro_of(output).capitalize()}: {node.name} publishes {lead or 'no transform'}."
     return text(robot, output, templates, [head, "No covariance is in it: load it after your own."], [node]), []
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return the contents of the parameter file of a filter, for comparison with an existing file."""
+    """Return the parameters of a filter, for comparison with an existing file."""
     node = _content(robot, output)[0]
     return parameters_of(output, [node] if node is not None else [])
 

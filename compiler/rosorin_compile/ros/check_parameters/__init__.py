@@ -1,1 +1,1 @@
-"""Check ROS parameter files against a robot: keys of ``nodes``, published ``transforms``, controllers and topics."""
+"""Check ROS parameter files against a robot: parameters of nodes, published transforms, controllers and topics."""

@@ -1,4 +1,4 @@
-"""Check parameter files, with remaps from the command line and launch files, against a robot."""
+"""Check ROS parameter files, with remaps from launch files and the command line, against a robot."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,12 +34,16 @@ _MOVEIT = re.compile(
     r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
 )
 _ODOM = "odom"  # default odometry topic of Nav2 nodes
-_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # default odometry topics of drive controllers
+_OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # matches the default odometry topics of drive controllers
 
 
 @dataclass(frozen=True)
 class CheckedParameters:
-    """The number of checked edges, publishers that no file configures, and unknown nodes; ``robot`` is "" on error."""
+    """The result of ``check_parameters``; ``robot`` is "" if the description has errors.
+
+    ``judged`` is the number of transforms in ``edges`` that were checked. ``absent`` are publishers of the description
+    that no file configures, ``unknown`` are publishers whose kind of node is unknown.
+    """
 
     robot: str = ""
     judged: int = 0
@@ -61,15 +65,15 @@ def check_parameters(
     distribution: str | None = None,
     trust: bool = False,
 ) -> CheckedParameters:
-    """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
+    """Check the frames, transforms, controllers and topics in ROS parameter files against a robot.
 
     Args:
-        files: The parameter files.
-        controllers: Parameter files of a controller_manager.
-        launch: Launch files to read remappings from.
-        remaps: Further remappings, as ``"NODE:FROM:=TO"``.
-        namespace: The namespace of the nodes.
-        distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+        files: Parameter files of ROS nodes.
+        controllers: Parameter files of a controller_manager and its controllers.
+        launch: Launch files whose remaps apply to the nodes. Launch files are parsed, but not run.
+        remaps: Additional remaps, as ``"NODE:FROM:=TO"``.
+        namespace: The namespace in which the nodes are started.
+        distribution: The ROS 2 distribution; by default, that of all outputs of the robot, if they have the same.
 
     Raises:
         RequestError: A file does not exist, or a remap is invalid.
@@ -111,7 +115,6 @@ def check_parameters(
 
 
 def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Section]]:
-    """Parse each file into sections; append errors, and a note for each MoveIt file, to ``diagnostics``."""
     read: list[list[Section]] = []
     for path in paths:
         try:
@@ -129,14 +132,10 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 
 
 def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str]) -> Iterator[Diagnostic]:
-    """Validate the parameters of a node, and compare parameters of a controller with the robot.
-
-    ``names`` are the names of all nodes in the files.
-    """
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
     if wrong is not None and wrong.severity == "error":
-        return  # without a valid type, every key would be reported
+        return  # with an unknown type, every parameter would be reported
     diagnostics = list(check_node(node))
     yield from diagnostics
     if not node.type:
@@ -152,7 +151,7 @@ def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str])
     for one in against_robot(node.shown, kind, values, known, case.robot, "error", names):
         if one.rule == "controller-name" and not moving:
             continue  # the description has no moving joints to compare with
-        if wrong is not None:  # a controller of an unknown package may use a key differently
+        if wrong is not None:  # in a controller of an unknown package, a key can have another meaning
             one = one._replace(severity=WARNING)
         drive = [case.related("the drive of the robot", ("drive",), key=True)]
         yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
@@ -167,7 +166,6 @@ def _parse_remap(word: str) -> Remap:
 
 
 def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
-    """Return the remaps in a launch file; append a note to ``diagnostics`` for remaps only known at runtime."""
     try:
         nodes = list(nodes_of(read_utf8(path, str(path))))
     except LoadError as problem:
@@ -192,7 +190,7 @@ def _launch_remaps(path: Path, diagnostics: list[Diagnostic]) -> list[Remap]:
 def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
     for flag, word in pairwise(words):
         if flag in ("-r", "--remap"):
-            with suppress(RequestError):  # an invalid remap has no effect in ROS either
+            with suppress(RequestError):  # ROS also ignores an invalid remap
                 remap = _parse_remap(word)
                 yield remap._replace(node=remap.node or node)
         elif flag == "--controller-ros-args":
@@ -200,9 +198,8 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
 
 
 def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distro: str) -> Iterator[Diagnostic]:
-    """Report topics without a publisher or with mismatched types or QoS, and invalid observation sources."""
     graph, by_name = Graph(), {node.full: node for node in nodes}
-    for node in nodes:  # skip topics with substitutions, which only launch resolves
+    for node in nodes:  # skip topic names with launch substitutions: they are only known at launch
         values, of_kind = node.values, ports(distro, node=node.kind.name) if node.kind else ()
         known = controller_ports(full_type(node.type), distro) if node.type else of_kind
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
@@ -224,7 +221,7 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
-    """Report a subscribed topic if no node publishes it, or only with another message type or incompatible QoS."""
+    """Report a subscribed topic that no node publishes, or only with another message type or an incompatible QoS."""
     there, role, heard = graph.publishers(end), end.port.role, end.topic
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
@@ -282,14 +279,14 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
 
 
 def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
-    """Report an observation source whose topic no sensor publishes, if sensors publish that message type elsewhere."""
+    """Report an observation source if sensors publish its message type, but only on other topics."""
     if (known := sorted(other for other, kind in sensors.items() if kind == message)) and topic not in known:
         text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
         yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=NOTE)
 
 
 def summary(result: CheckedParameters) -> str:
-    """Summarize the result of a check in one line."""
+    """Summarize a check of parameter files in one line of text."""
     severities = [one.severity for one in result.diagnostics]
     counts = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
     line = f"{count_of(result.judged, 'edge')} of nodes compared with the files: {counts or 'as described'}"

@@ -1,4 +1,4 @@
-"""Find the nodes in parameter files, and validate their keys, values and published transforms (edges)."""
+"""Find the ROS nodes in parameter files, and validate their parameters and the transforms that they publish."""
 
 import re
 from collections import defaultdict
@@ -27,7 +27,7 @@ BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 
 class Setting(NamedTuple):
-    """The value of a parameter (None if unknown), its position, and whether a file sets it."""
+    """A parameter value, or None if unknown, with its position; ``given`` is False for a default value."""
 
     value: Any
     span: Span
@@ -35,16 +35,16 @@ class Setting(NamedTuple):
 
     @property
     def how(self) -> str:
-        """A suffix for messages: "" if a file sets the value, else " by default"."""
+        """Text to append in messages: "" if a file sets the value, " by default" otherwise."""
         return "" if self.given else " by default"
 
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A ROS node in parameter files: its full name and position, its kind (None if unknown), and its parameters.
+    """A ROS node that parameter files configure; ``full`` is its name with the namespace.
 
-    ``type`` is the type of a controller, or "" for other nodes; ``type_span`` is its position. ``shared`` are the keys
-    that a wildcard section sets, which also apply to other nodes.
+    ``kind`` is the kind of node, such as amcl, or None if unknown. ``type`` is the type of a controller, or "" for
+    other nodes. ``shared`` are the parameters of wildcard sections, which can also apply to other nodes.
     """
 
     full: str
@@ -57,7 +57,6 @@ class Node:
 
     @property
     def name(self) -> str:
-        """The name without the namespace."""
         return self.full.rsplit("/", 1)[-1]
 
     @property
@@ -67,24 +66,24 @@ class Node:
 
     @property
     def shown(self) -> str:
-        """The name of the node in messages to users."""
+        """The full name without the leading slash, for messages."""
         return self.full.strip("/")
 
     @property
     def values(self) -> dict[str, Any]:
-        """The parameter values, without values that contain substitutions."""
+        """The parameter values by key, without values that contain launch substitutions."""
         return {key: one.value for key, one in self.parameters.items() if "$(" not in key and not one.substituted}
 
     def topic(self, name: str) -> str:
-        """Return the full name of a topic of this node."""
+        """Resolve a topic name, such as ``~/odom``, to its full name for this node."""
         return full_topic(name, self.namespace, self.name)
 
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-        """Return True if this node is the given publisher of the description, by its name or package."""
+        """Return True if this node is a publisher of the description, because its name or package matches."""
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
-        """Return the parameter as set in a file, else with the default of its kind of node, else with ``default``."""
+        """Return a parameter value: from a file, or else the default of this kind of node, or else ``default``."""
         if (given := self.parameters.get(key)) is not None:
             return Setting(None if given.substituted else given.value, given.span, True)
         known = self.kind.key(key) if self.kind else None
@@ -94,10 +93,11 @@ class Node:
 def nodes_in_files(
     files: Sequence[Sequence[Section]], namespace: str, distribution: str, controllers: Sequence[Controller] = ()
 ) -> tuple[list[Node], list[Diagnostic]]:
-    """Return the nodes that parameter files configure, without duplicates, and diagnostics about node names.
+    """Return the nodes that parameter files configure, and diagnostics about node names.
 
-    Each file is a list of sections. Sections with a wildcard apply to the nodes named in the same file; if it names
-    none, one node is inferred from the keys. ``controllers`` are the controllers of the description.
+    ``files`` are the sections of each file. A wildcard section applies to the nodes that are named in the same file; if
+    there are none, the kind of node is inferred from the parameters. ``namespace`` is added to names without a
+    namespace.
     """
     named: dict[str, list[Section]] = defaultdict(list)
     diagnostics: list[Diagnostic] = []
@@ -109,7 +109,7 @@ def nodes_in_files(
             words = section.name.strip("/").split("/")
             plain = [word for word in words if word not in ("*", "**")]
             if plain != words and any(map(section.matches, exact)):
-                continue  # this wildcard only refers to nodes that the file names
+                continue  # this section applies to nodes that are named in the same file
             is_full = plain == words and (len(words) > 1 or not space)
             full = section.name if is_full else f"/{'/'.join([*space, *plain])}"
             diagnostics += [_reaches_nobody(section, full)] if not section.matches(full) else []
@@ -119,7 +119,7 @@ def nodes_in_files(
         if kind is not None:
             named[f"{namespace.rstrip('/')}/{[*kind.names, kind.name][0]}"] += sections
     types = _types(named, controllers)
-    # An unknown name may be the misspelt name of a controller that has no parameters.
+    # If a controller has no parameters, an unknown node with a similar name is probably this controller, misspelt.
     bare = {full.rpartition("/")[2]: full for full in types if all(one.of_any for one in named[full])}
     for full in [one for one in named if one not in types]:
         name = full.rpartition("/")[2]
@@ -150,7 +150,6 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
 
 
 def _types(named: Mapping[str, list[Section]], controllers: Sequence[Controller]) -> Mapping[str, tuple[str, Span]]:
-    """Return (type, position) of controllers, from the controller_manager, their sections or the description."""
     described = {one.name: full_type(one.type) for one in controllers}
     found: dict[str, tuple[str, Span]] = {}
     for full, sections in named.items():
@@ -182,7 +181,7 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
-    """Validate the keys and values of a node; for an unknown kind of node, only report plugins without a type."""
+    """Validate the parameters of a node. If its kind is unknown, only plugins without a type are reported."""
     for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
         setting = node.setting(key)
         names = setting.value if setting.given and isinstance(setting.value, list) else ()
@@ -199,7 +198,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
         unset = node.kind.like(found.key) - values.keys()
         if is_unknown and isinstance(found.help, Suggestion) and nearest(found.key, unset) is None:
-            found = found._replace(severity=WARNING, help=REMOVE)  # probably an additional key rather than a typo
+            found = found._replace(severity=WARNING, help=REMOVE)  # not a typo: no unset key is similar
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
@@ -234,7 +233,7 @@ def _filter(node: Node) -> Iterator[Diagnostic]:
     for key in ("map_frame", "odom_frame", "base_link_frame"):
         setting = node.setting(key)
         if not isinstance(setting.value, str):
-            return  # the value is unknown, or the problem is already reported
+            return  # the value is unknown, or already reported as invalid
         if (first := keys.setdefault(setting.value.removeprefix("/"), key)) != key:
             message = f'{quote((first, key))} of {node.shown} are both "{setting.value}": they have to differ'
             yield error("parameters-wrong-value", message, setting.span, "name the frames of the robot")
@@ -247,15 +246,16 @@ def _filter(node: Node) -> Iterator[Diagnostic]:
 
 
 def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
-    """Map full topic names of a node to remapped names; as in rcl, the first remap of a topic applies."""
+    """Map full topic names of a node to their names after remapping. As in rcl, the first matching remap applies."""
     mine = [one for one in remaps if one.node in ("", node.name)]
     return {node.topic(one.name): node.topic(one.to) for one in reversed(mine)}
 
 
 class Claim(NamedTuple):
-    """A transform that a node publishes or can publish; ``silent`` is why it does not reach /tf, or "" if it does.
+    """A transform that a node publishes, or would publish with another parameter value.
 
-    ``switch`` is the value of the parameter ``key``, which enables publishing; ``fix`` is the line that enables it.
+    The value ``switch`` of the parameter ``key`` enables the transform. ``silent`` is the reason why the transform does
+    not reach /tf, or "" if it does. ``fix`` is the change that makes it reach /tf, such as ``publish_tf: true``.
     """
 
     node: Node
@@ -268,22 +268,22 @@ class Claim(NamedTuple):
 
     @property
     def edge(self) -> str:
-        """The transform as text: ``odom -> base_link``."""
+        """The transform as text, such as ``odom -> base_link``."""
         return f"{self.parent.value} -> {self.child.value}"
 
     @property
     def because(self) -> str:
-        """The value of the switch for messages, such as ``"publish_tf" is false by default``."""
+        """The parameter that enables the transform, as text such as ``"publish_tf" is false by default``."""
         return f'"{self.key}" is {as_yaml(self.switch.value)}{self.switch.how}'
 
     @property
     def off(self) -> str:
-        """The line in a parameter file that disables the transform."""
+        """The line in a parameter file that disables the transform, such as ``publish_tf: false``."""
         return f"{self.key}: {'0.0' if isinstance(self.switch.value, float) else 'false'}"
 
 
 def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
-    """Return the transforms that nodes publish or can publish."""
+    """Return the transforms that nodes publish, or would publish with other parameter values."""
     found = []
     for node in nodes:
         kind = node.kind
@@ -301,7 +301,6 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
 
 
 def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
-    """Return the transform of a node whose kind has parameters for parent, child and switch, or None."""
     if not names:
         return None
     parent, child, switch = _frame(node, names["parent"]), _frame(node, names["child"]), node.setting(names["switch"])
@@ -312,20 +311,19 @@ def _of_keys(node: Node, names: Mapping[str, str]) -> Claim | None:
 
 
 def _of_filter(node: Node) -> Claim | None:
-    """Return the transform of a robot_localization filter, whose parent is ``world_frame``, or None if unknown."""
     keys = ("odom_frame", "map_frame", "base_link_frame", "base_link_frame_output")
     odom, map_, base, output = (_frame(node, key) for key in keys)
     base = output if output.given or output.value is not None else base
     world, tf = node.setting("world_frame", odom.value).value, node.setting("publish_tf")
     if None in (odom.value, map_.value, base.value, tf.value) or world not in (odom.value, map_.value):
-        return None  # check_node reports an invalid value, and a launch file may set it
+        return None  # a launch file may set the value; check_node reports an invalid value
     ends = (map_, odom) if world == map_.value != odom.value else (odom, base)
     switch = tf if tf.given else tf._replace(span=node.setting("world_frame").span)
     return Claim(node, *ends, "publish_tf", switch, fix="publish_tf: true")
 
 
 def _frame(node: Node, key: str) -> Setting:
-    """Return a frame parameter as the node publishes the name: with its prefix, without a leading slash."""
+    """Return a frame name as the node publishes it: with the prefix of a controller, without a leading slash."""
     setting = node.setting(key)
     if not isinstance(setting.value, str):
         return setting._replace(value=None)
@@ -341,7 +339,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Report published transforms that contradict the edges of the description, and edges that no node publishes."""
+    """Report published transforms that are not in ``edges``, and transforms in ``edges`` that no node publishes."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers, speaking = case.robot.publishers, [claim for claim in found if not claim.silent]
     explained: set[str] = set()
@@ -373,7 +371,7 @@ def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
                 yield _both(claim, rival)
     for one in declared:
         owned = [claim for claim in found if claim.node.is_of(one.publisher, publishers)]
-        # A node that owns several edges may publish only some of them.
+        # A node can be the publisher of several edges, of which these files may enable only some.
         could = any(claim.child.value == one.child or claim.parent.value == one.parent for claim in owned)
         does = any(not claim.silent and claim.child.value == one.child for claim in owned)
         if could and not does and not any(claim.node.full in explained for claim in owned):
@@ -393,7 +391,7 @@ def _both(claim: Claim, rival: Claim) -> Diagnostic:
 
 
 def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Diagnostic:
-    """Report a published edge that differs from ``near``, the most similar edge of the description (None: none)."""
+    """Report a published transform that the description lacks; ``near`` is the most similar edge, or None."""
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
@@ -410,7 +408,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Validate frame names in parameters, except parents and children of published transforms (see ``check_edges``)."""
+    """Validate frame names in parameters, except the frames of published transforms (see ``check_edges``)."""
     speaking = [claim for claim in found if not claim.silent]
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in speaking]
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}
@@ -437,8 +435,8 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
 
 
 def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
-    """Yield (key, full key, value) of each parameter with a frame name, including defaults."""
-    # Skip default sensor frames: they only appear in message headers, such as base_link of joint_state_broadcaster.
+    """Yield (parameter, key in the file, value) for each parameter that is a frame name, including default values."""
+    # Skip default sensor frames, such as base_link of joint_state_broadcaster: they only occur in message headers.
     keys_of = node.kind.keys.values() if node.kind else ()
     kind, unset = node.kind, [key for key in keys_of if key.default and key.frame != SENSOR]
     keys = {name: kind.key(name) for name in node.parameters} if kind else {}
@@ -453,7 +451,7 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
 def _check_base(
     case: Case, node: Node, key: Key, name: str, value: str, setting: Setting, parts: Sequence[Collection[str]]
 ) -> Iterator[Diagnostic]:
-    """Report a base frame that odometry does not move; if the node sets an odom frame, other odometry is ignored."""
+    """Report a base frame that is not connected to the odometry frame of the node."""
     links, edges = case.robot.link, case.robot.edges
     steps = [step for step in steps_in_modes(case)[0] if step.edge is not None and edges[step.edge].moving]
     leading = [step for step in steps if step.child in links and step.parent not in links]

@@ -1,4 +1,4 @@
-"""Check ros2_control parameters in a description or in a parameter file such as controllers.yaml against the robot."""
+"""Check the parameters of ros2_control controllers, in a description or a parameter file, against the robot."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,7 +17,7 @@ from ..sections.control import JOINT_WORDS, POSITION, VELOCITY
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
-_TOLERANCE = 0.005  # relative tolerance of sizes, which are rounded, and of compressed tyres
+_TOLERANCE = 0.005  # relative tolerance of sizes: they are rounded, and tyres are compressed
 _LEAST = 0.0005  # m: minimum tolerance of sizes
 _JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
@@ -27,7 +27,7 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Validate the controllers of a description for the ROS distribution of an output.
 
-    Problems that do not depend on the distribution are reported for the first output only.
+    Problems that do not depend on the distribution are reported only once.
     """
     robot, distribution, entry = case.robot, distro_of(output), ("outputs", output.name)
     is_first = output.name == next(one for one in robot.outputs if one.backend == output.backend).name
@@ -58,7 +58,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str], str]) -> list[Finding]:
-    """Add the command interfaces of an active controller to ``owners``; report interfaces that another one claims."""
+    """Report command interfaces that two controllers claim; ``owners`` maps claimed interfaces to controllers."""
     name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
     for key, joints, words in _commands(one.type, one.values):
         for joint, word in ((joint, word) for joint in joints for word in words if "/" not in joint):
@@ -73,7 +73,6 @@ def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str
 
 
 def _joint_states(case: Case) -> Iterator[Diagnostic]:
-    """Report a missing joint_state_broadcaster, or moving joints without a published position."""
     rule, types = "controllers-joint-states", [full_type(one.type) for one in case.robot.controllers]
     states = [(block, joint) for block in case.robot.control for joint in block.joints if joint.state]
     if types and states and not any(one.endswith("/JointStateBroadcaster") for one in types):
@@ -100,7 +99,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
-    if needed := missing(one.kind, one.values) if are_right else []:  # wrong names make parameters seem missing
+    if needed := missing(one.kind, one.values) if are_right else []:  # misspelt names make parameters seem missing
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
             help = f'{one.known.why_not}; write the values in "params"'
@@ -123,7 +122,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
 
 
 def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
-    """Report a drive controller whose odometry transform is missing, or differs from ``edges`` of the description."""
+    """Report a drive controller without an odometry transform, or with a transform that differs from ``edges``."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
     mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
@@ -165,7 +164,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
 
 
 def of_type(name: str, kind: str, distribution: str) -> Finding | None:
-    """Validate the type of a controller for a ROS distribution, or for any distribution if it is ""."""
+    """Validate a controller type for a ROS distribution ("" for any); return the problem, or None if it is valid."""
     known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
     if plugin in known:
         return None
@@ -180,14 +179,14 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    meant = nearest(package, packages)  # perhaps another package with a similar name, so not an error
+    meant = nearest(package, packages)  # no error: a package with a similar name may exist
     is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
     message += " of an unknown package, so that its parameters are not checked"
     return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
-    """Return the required parameters that are not in ``given`` and that no misspelt key resembles."""
+    """Return the required parameters that are not in ``given``, not even under a misspelt name."""
     if kind is None:
         return []
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt keys
@@ -203,9 +202,10 @@ def against_robot(
     severity: str,
     others: Iterable[str] = (),
 ) -> Iterator[Finding]:
-    """Report parameters of a controller that disagree with a robot; ``severity`` is that of wrong numbers.
+    """Report parameters of a controller that disagree with a robot.
 
-    ``others`` are controllers that are not in the description; a joint "CONTROLLER/JOINT" may refer to them.
+    ``known`` are the parameters derived from the robot; ``severity`` is used for values that differ from them.
+    ``others`` are controllers that are not in the description, but to whose joints "CONTROLLER/JOINT" may refer.
     """
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {*(controller.name for controller in robot.controllers), *others}
@@ -214,7 +214,7 @@ def against_robot(
         for one in _texts(value) if _JOINTS.fullmatch(key) else ():
             _, slash, joint = one.rpartition("/")
             if slash and joint in moving and (one.partition("/")[0] in controllers or not robot.controllers):
-                continue  # a reference interface of a chained controller
+                continue  # CONTROLLER/JOINT is a reference interface of a chained controller
             if one not in moving:
                 what = "a fixed joint" if one in robot.joint else "which is not a joint of the robot"
                 message, help = f'"{key}" of {name} lists "{one}", {what}', Suggestion(one, moving)
@@ -233,7 +233,7 @@ def _texts(value: Any) -> list[str]:
 def _differing(name: str, key: str, value: Any, expected: Any, severity: str) -> Iterator[Finding]:
     is_size = "multiplier" not in key and key.rpartition(".")[2].rpartition("_")[2].lower() in _SIZES
     if _JOINTS.fullmatch(key):
-        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # for chained controllers: CONTROLLER/JOINT
+        claimed = sorted(one.rpartition("/")[2] for one in _texts(value))  # removes CONTROLLER/ of chained controllers
         if claimed != sorted(_texts(expected)) and key not in ("joints", "joint"):
             both = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, expected)]
             message = f'"{key}" of {name} is {both[0]}, but "drive" has {both[1]}'

@@ -23,23 +23,22 @@ from ..sections.controllers import flat
 UPDATE_RATE = 100  # Hz
 TF = "/tf"
 COMMAND = "/cmd_vel"  # the velocity topic of Nav2 and most teleoperation nodes
-# Steering controllers of Jazzy name wheels by function (traction); keys by position (rear) from Humble are deprecated.
+# Steering controllers of Jazzy have traction_joints_names; keys of Humble such as rear_wheels_names are deprecated.
 _LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
-_EVEN = 1e-6  # m and rad: tolerance for equal radii and even spacing of wheels
-# cmd_vel_timeout in s, as in diff_drive_controller. The default of mecanum_drive_controller is a single control cycle,
-# which is too short for Nav2, which sends 20 messages per second.
+_EVEN = 1e-6  # tolerance (m, rad) for equal wheel radii and evenly spaced wheels
+# cmd_vel_timeout (s) of mecanum drives. The default is one control cycle, too short for Nav2, which publishes at 20 Hz.
 _TIMEOUT = 0.5
 
 
 class RobotParameters(NamedTuple):
-    """Controller parameters derived from the robot, by key, and the reason why others cannot be derived, or ""."""
+    """Controller parameters derived from the robot; ``why_not`` is the reason why some are missing, or ""."""
 
     values: Mapping[str, Any]
     why_not: str = ""
 
 
 def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters:
-    """Derive the parameters of a controller from the robot, for all ROS distributions."""
+    """Derive parameters of a controller from the robot, for all ROS distributions; ``plugin`` is its full type."""
     about = interfaces_of(plugin)
     if "drive" in about:
         return _of_drive(robot, controller, about["drive"])
@@ -64,9 +63,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
         return RobotParameters({}, str(problem))
     base = _base(robot, driving.frame)
     edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
-    # Disable the prefix: by default, the controller prepends its namespace to frame names.
+    # Disable the frame prefix: by default, the controller prepends its namespace to frame names.
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
-    # Nav2 of Humble sends Twist without a header; controllers of later distributions do not have this key.
+    # Nav2 of Humble sends Twist, not TwistStamped. Controllers of later distributions do not have this parameter.
     values |= {"use_stamped_vel": False} if navigates else {}
     values["enable_odom_tf"] = any(edge in edges for edge in edges_of(robot, controller))
     values |= {"odom_frame_id": edges[0].parent} if edges else {}
@@ -82,9 +81,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 
 
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
-    """Return the edges of the description that a drive controller publishes.
+    """Return the transforms in ``edges`` that a drive controller publishes.
 
-    For the only drive controller, these include edges whose publisher is in the same package.
+    For the only drive controller of a robot, transforms whose publisher has the same ROS package are included.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -96,7 +95,7 @@ def _navigates(robot: Robot) -> bool:
 
 
 def _base(robot: Robot, frame: str) -> str:
-    """Return the frame vertically above or below the drive frame that odometry moves, else the drive frame."""
+    """Return the frame that odometry moves if it is exactly above or below ``frame``, else ``frame``."""
     base = frame
     while not any(edge.child == base for edge in robot.edges):
         joint = robot.joint_to.get(base)
@@ -108,7 +107,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _quantities(robot: Robot, driving: DriveKinematics, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Compute sizes and joints of the drive (m, rad), by the names in ``derived`` of ``ros2_controllers.json``."""
+    """Compute joint names and sizes (m, rad) of the drive, by the keys in ``derived`` of ``ros2_controllers.json``."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
     found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
@@ -116,13 +115,13 @@ def _quantities(robot: Robot, driving: DriveKinematics, joints: Mapping[str, Seq
         around = (driving.wheelbase + driving.track) / 2
         found |= {role: names[0] for role, names in joints.items()} | {"half_sum": around}
         found |= {"timeout": _TIMEOUT} if _navigates(robot) else {}
-        # The offset is the base relative to the wheel centre (vx + y * wz in mecanum_drive_controller.cpp).
+        # The offset is the position of the base relative to the centre of the wheels (mecanum_drive_controller.cpp).
         found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > 1e-9}
         return found | _speeds(robot, driving, around)
     if driving.kind == DIFFERENTIAL:
         found |= {"left": list(joints["left"]), "right": list(joints["right"]), "per_side": len(joints["left"])}
         return found | _speeds(robot, driving, driving.track / 2)
-    if driving.kind == OMNI:  # the controller expects evenly spaced wheels, counter-clockwise
+    if driving.kind == OMNI:  # the controller expects evenly spaced wheels in counter-clockwise order
         wheels = sorted(driving.wheels, key=lambda one: math.atan2(one.y, one.x) % math.tau)
         angles = [math.atan2(one.y, one.x) % math.tau for one in wheels]
         away = [math.hypot(one.x, one.y) for one in wheels]
@@ -147,7 +146,7 @@ def _spread(numbers: list[float]) -> float:
 
 
 def _speeds(robot: Robot, driving: DriveKinematics, around: float) -> dict[str, Any]:
-    """Derive base velocity limits (m/s, rad/s) from wheel limits; a turn by 1 rad rolls each wheel ``around`` m."""
+    """Derive the velocity limits of the base (m/s, rad/s); a rotation by 1 rad rolls each wheel by ``around`` (m)."""
     rims = [(robot.joint[one.joint].limits_of(VELOCITY)[1] or 0.0) * one.radius for one in driving.wheels]
     if not (least := min(rims, default=0.0)) or not around:
         return {}
@@ -166,7 +165,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
         return {"joint": joint.name if joint else None, **limits}
     values: dict[str, Any] = {"joints": names or None, "joint": names[0] if len(names) == 1 else None}
     if "states" in about and "action" in about:
-        # Select one command interface that all joints have, because only one is used at a time, and all common states.
+        # Select one command interface, because only one is used at a time, and all common state interfaces.
         given = controller.params.get("joints")
         names = list(map(str, given)) if given and isinstance(given, (list, tuple)) else names
         found = [one for block in robot.control for one in block.joints if one.name in names]
@@ -178,7 +177,7 @@ def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -
 
 
 class ControllerParameters(NamedTuple):
-    """A controller, its full type, all parameters to write (``values``), and the derived parameters (``known``)."""
+    """A controller with all its parameters (``values``) and the parameters derived from the robot (``known``)."""
 
     controller: Controller
     type: str
@@ -194,7 +193,7 @@ class ControllerParameters(NamedTuple):
 
 
 def fill(robot: Robot, distribution: str) -> list[ControllerParameters]:
-    """Return the controllers of a robot, with explicit and derived parameters, for a ROS distribution."""
+    """Return the controllers of a robot with all parameters for a ROS distribution."""
     made = []
     for one in robot.controllers:
         plugin = full_type(one.type)
@@ -220,7 +219,7 @@ def _typed(kind: Kind | None, key: str, value: Any) -> Any:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of controllers.yaml for the ROS distribution of the output, and notes."""
+    """Return the text of controllers.yaml for the ROS distribution of the output, and diagnostics."""
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
@@ -235,12 +234,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return the contents of controllers.yaml, for comparison with an existing file."""
+    """Return the parameters in controllers.yaml, for comparison with an existing file."""
     return parameters_of(output, _nodes(output, fill(robot, distro_of(output))))
 
 
 def namespace_of(output: Output) -> str:
-    """Return the namespace of the controllers in an output, without leading and trailing slashes."""
+    """Return the option ``namespace`` of an output, without leading and trailing slashes."""
     return str(output.options.get("namespace", "")).strip("/")
 
 
@@ -253,9 +252,10 @@ def _nodes(output: Output, controllers: Sequence[ControllerParameters]) -> list[
 
 
 class Driver(NamedTuple):
-    """A drive controller with its topics, in which a leading "~" is the name of the controller.
+    """A drive controller with its velocity command topic and its odometry topic.
 
-    ``space`` is the namespace or ""; ``stamped`` is True if commands are TwistStamped, False if Twist.
+    A leading "~" in a topic stands for the name of the controller. ``space`` is the namespace, or "". ``stamped`` is
+    True for commands of type TwistStamped, False for Twist.
     """
 
     one: ControllerParameters
@@ -266,17 +266,16 @@ class Driver(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The name of the controller."""
         return self.one.controller.name
 
     def topic(self, own: str) -> str:
-        """Return the full name of a topic of the controller."""
+        """Replace a leading "~" in a topic by the namespace and the name of the controller."""
         return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
 
 
 def drivers(robot: Robot) -> list[Driver]:
-    """Return the drive controllers, active ones first, or [] if the robot has no ``controllers`` output."""
-    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # backend: format name
+    """Return the drive controllers, active controllers first, or [] if no output has the format ``controllers``."""
+    output = next((one for one in robot.outputs if one.backend == "controllers"), None)  # ``backend`` is the format
     if output is None or not is_whole(robot):
         return []
     found = []

@@ -1,7 +1,7 @@
 """Derive parameters of Nav2, AMCL and slam_toolbox from a robot, and write nav2.yaml.
 
-Obstacle heights are in the global frame of the costmap, in which the frame moved by odometry is at z = 0. The frame
-parameters of each node are in ``schemas/ros2_nodes.json`` (navigation), the topic parameters in ``ros2_ports.json``.
+Obstacle heights are relative to the global frame of the costmap, where the link that odometry moves has z = 0. The
+tables ``ros2_nodes.json`` and ``ros2_ports.json`` in ``schemas`` have the frame and topic parameters of each node.
 """
 
 import math
@@ -23,18 +23,18 @@ from ..parameter_files import Node, Parameters, distro_of, parameter_file, param
 from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
-_LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # as in nav2_params.yaml
+_LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # default layers of nav2_params.yaml
 _CORNERS_OF_CIRCLE = 16  # Nav2 replaces a circle by a polygon with this number of corners
 _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types whose data a costmap accepts
 _SOURCE = "scan"  # name of the observation source in nav2_bringup/params/nav2_params.yaml
-_MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # source types of the collision_monitor
-_CLEARANCE = 0.05  # m: default for point clouds, which contain the floor
+_MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # source type of collision_monitor by message type
+_CLEARANCE = 0.05  # m: default height above which points of a point cloud are obstacles
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 
 
 class _Source(NamedTuple):
-    """An observation source; ``topic`` is "" if unknown. Points lower than ``clearance`` (m) count as floor."""
+    """An observation source of a costmap; ``topic`` is "" if unknown. Points below ``clearance`` (m) are ignored."""
 
     name: str
     sensor: Sensor
@@ -44,8 +44,6 @@ class _Source(NamedTuple):
 
 
 class _Basics(NamedTuple):
-    """The navigation frames, base frame, joint positions (rad or m) and observation sources of an output."""
-
     frames: Frames
     base: str
     positions: Mapping[str, float]
@@ -53,7 +51,7 @@ class _Basics(NamedTuple):
 
 
 class _Size(NamedTuple):
-    """The footprint parameters of a costmap, the lowest and highest obstacle (m), and a comment on the footprint."""
+    """The footprint parameters of a costmap; ``heights`` are the lowest and the highest obstacle (m)."""
 
     parameters: Mapping[str, Any]
     heights: tuple[float, float]
@@ -65,7 +63,6 @@ class _Size(NamedTuple):
 
 
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
-    """Return frames, base, pose and sources of an output, or None without navigation frames, and all problems."""
     frames, wrong = frames_of(robot, output)
 
     def add(rule: str, message: str, path: Path = (), help: Help = "", **more: Any) -> None:
@@ -112,7 +109,6 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
 
 
 def _sources(robot: Robot, output: Output) -> list[_Source]:
-    """Return the option ``sources`` of the output; by default, all lidars and depth cameras with a topic."""
     seeing = {one.name: one for one in robot.sensors if one.type in _SEEING}
     given: Mapping[str, Mapping[str, Any]] = output.options.get("sources") or {}
     if not given:
@@ -129,7 +125,6 @@ def _sources(robot: Robot, output: Output) -> list[_Source]:
 
 
 def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None, list[Diagnostic]]:
-    """Return the footprint and obstacle heights of the robot, or None if its size is unknown, and diagnostics."""
     rule, left, options = "nav2-footprint", "footprint and heights are left out", output.options
     solids, unknown = solids_of(robot, made.base, made.positions, clouds_of(robot))
     if unknown:
@@ -154,7 +149,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
     def above(frame: str) -> float:
         return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
 
-    # The range of obstacle heights contains the floor, the robot, and the planes of 2D lidars.
+    # Obstacles are detected from the floor to the top of the robot, or to the highest 2D lidar.
     up, planes = above(made.base), [above(sensor.frame) for sensor in robot.sensors if sensor.type == _PLANAR]
     low = min(0.0, outline.lowest + up) + float(options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(options.get("headroom", 0.1))  # m
@@ -166,7 +161,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
             message += f"{heights[0]:g} m are not obstacles"
             found.append(error("nav2-source", message, None, 'lower "clearance"'))
     padding, remark = options.get("padding"), ""
-    free = float(0.01 if padding is None else padding)  # m, by default as in Nav2
+    free = float(0.01 if padding is None else padding)  # m; 0.01 is Nav2's default
     if not circle and not holds(solids, pad(outline.corners, free)):
         outline, padding = footprint(solids, corners, free), 0.0
         remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
@@ -182,10 +177,10 @@ def _round(height: float) -> float:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of nav2.yaml ("" on errors), and diagnostics."""
+    """Return the text of nav2.yaml, or "" if the output has errors, and diagnostics."""
     made, found = _basics(robot, output)
     if made is None or any(one.severity == ERROR for one in found):
-        return "", []  # rules report the errors
+        return "", []  # rules report these errors
     size, diagnostics = _measure(robot, output, made)
     head = [f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot."]
     head += ["No tuning is in it: load it after your own."]
@@ -199,7 +194,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def view(robot: Robot, output: Output) -> Parameters:
-    """Return the contents of nav2.yaml, for comparison with an existing file."""
+    """Return the parameters in nav2.yaml, for comparison with an existing file."""
     made, _ = _basics(robot, output)
     return parameters_of(output, () if made is None else _nodes(robot, output, made, _measure(robot, output, made)[0]))
 
@@ -217,7 +212,7 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     for name in _LAYERS.keys() & found.keys():
         found[name] |= _costmap(output, name, made.sources, size)
     found["collision_monitor"] |= _monitored(robot, output, made, size)
-    # Use the odometry topic of the drive controller that publishes odom -> base, or of the only one.
+    # Use the odometry topic of the drive controller that publishes the transform odom -> base.
     driving = drivers(robot)
     of_drive: dict[str, str] = {}
     for driver in reversed(driving):
@@ -266,7 +261,7 @@ def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | No
 
 
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
-    """Return the parameters for sources of the collision_monitor; their heights (m) are in the base frame."""
+    """Return the source parameters of collision_monitor, whose heights (m) are relative to the base frame."""
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
     for port in ports(distro_of(output), node="collision_monitor", role=Role.OBSTACLES) if made.sources else ():
@@ -281,7 +276,7 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
 
 
 def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
-    """Return the parameter for the scan topic of a node if the robot has one 2D lidar with a known topic, else {}."""
+    """Return the parameter with the scan topic of a node, or {} unless the robot has exactly one 2D lidar topic."""
     topics = {source.topic for source in _sources(robot, output) if source.sensor.type == _PLANAR}
     topics = topics or {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
@@ -289,7 +284,7 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 
 
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
-    """Return the parameters of slam_toolbox for frames and the scan topic."""
+    """Return the frame and scan topic parameters of slam_toolbox."""
     return {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved} | _scan(robot, output, SLAM)
 
 

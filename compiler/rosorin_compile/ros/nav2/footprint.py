@@ -1,8 +1,9 @@
 """Compute the footprint of a robot: a polygon in its base frame that contains the projection of all collision shapes.
 
-The sides are parallel to those of the convex hull of all boxes and meshes, and to sixteen more directions for round
-shapes; each touches the robot. While there are too many, the side whose removal adds the least area is removed.
-Finally the corners are rounded, and the sides are moved outwards until the polygon contains every shape.
+The sides are parallel to the sides of the convex hull of all boxes and meshes; for round shapes, sides in 16 more
+directions are added. Each side touches the robot. If there are too many sides, the side whose removal adds the least
+area is removed first. Corners are then rounded, and the sides are moved outwards until the polygon contains every
+shape.
 """
 
 import math
@@ -21,20 +22,20 @@ Side = tuple[Point, float]  # unit normal of a side, and its distance from the o
 
 LEAST_CORNERS, CORNERS = 4, 12
 LARGEST = 1e6  # m: maximum coordinate
-DIGITS = 4  # decimals of a corner (m)
-_ROUND = 16  # number of sides around round shapes
+DIGITS = 4  # decimal places of coordinates in m
+_ROUND = 16  # number of candidate sides for round shapes
 _NOTHING = 5e-4  # sides whose removal adds less than this fraction of the area are removed
-_SIDES = 48  # maximum number of hull sides that are used, longest first
-_SLACK = 1e-7  # m: rounding errors of the 32-bit floats of a costmap
+_SIDES = 48  # maximum number of hull sides; the longest are used
+_SLACK = 1e-7  # m: tolerance for rounding errors of a costmap, which uses 32-bit floats
 _STRAIGHT = 1e-9
-_WIDEST = math.radians(150)  # largest angle between normals of adjacent sides, which limits how sharp corners are
-_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # shift (m) of a corner if its sides move 1 m, plus 5 %
+_WIDEST = math.radians(150)  # largest angle between normals of adjacent sides: sharper corners are avoided
+_FARTHEST_CORNER = 1.05 / math.cos(_WIDEST / 2)  # maximum shift of a corner if its sides move by 1 m, plus 5 %
 
 
 class Solid(NamedTuple):
-    """A collision shape in the base frame: its support function (extent along a unit vector, m) and its corners (m).
+    """A collision shape in the base frame (m); ``reach`` is the support function, the extent along a unit vector.
 
-    The corners of a mesh are the vertices of its convex hull; round shapes have no corners.
+    ``corners`` are the corners of a box, or the vertices of the convex hull of a mesh; round shapes have none.
     """
 
     reach: Callable[[Vector], float]
@@ -42,7 +43,7 @@ class Solid(NamedTuple):
 
 
 class Footprint(NamedTuple):
-    """Counter-clockwise corners, inscribed and circumscribed radius, lowest and highest z of all shapes (in m)."""
+    """A footprint: counter-clockwise corners, inscribed and circumscribed radius, and the z range of the robot (m)."""
 
     corners: tuple[Point, ...]
     inscribed: float
@@ -52,7 +53,10 @@ class Footprint(NamedTuple):
 
 
 def solids_of(robot: Robot, base: str, positions: Mapping[str, float], clouds: Clouds) -> tuple[list[Solid], list[str]]:
-    """Return all collision shapes, in a base frame at joint positions (rad or m), and links with unreadable meshes."""
+    """Return the collision shapes in the frame ``base`` and the links with unreadable meshes.
+
+    ``positions`` are joint positions (rad or m); ``clouds`` returns the vertices of a mesh.
+    """
     places = robot.poses_in_root(dict(positions))
     from_base = places[base].inverse()
     found: list[Solid] = []
@@ -82,9 +86,9 @@ def _mesh(points: Sequence[Vector]) -> Solid:
 
 
 def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0) -> Footprint:
-    """Compute the footprint of shapes in the xy plane, with at most ``most`` corners (four or more).
+    """Compute a footprint with at most ``most`` corners (at least four) around shapes.
 
-    ``margin`` (m) is the clearance around the shapes. Raises ValueError for a robot larger than ``LARGEST``.
+    ``margin`` is the clearance around the shapes (m). Raises ValueError if the robot is larger than ``LARGEST`` (m).
     """
     ways = ((0, 0, -1), (0, 0, 1), (-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0))
     down, up, *_ = sizes = [_reach(solids, way) for way in ways]
@@ -98,7 +102,7 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
         if holds(solids, points, margin):
             break
     inscribed = min(at for _, at in _sides(points))
-    # Rounding can leave shapes outside (at most the slack): add how far a corner moves if all sides move out by that.
+    # Rounding can leave shapes outside by up to _SLACK: add the resulting shift of a corner to the radius.
     beyond = max(_reach(solids, (*normal, 0.0)) + margin - at for normal, at in _sides(points))
     circumscribed = max(math.hypot(*point) for point in points) + max(0.0, beyond) * _FARTHEST_CORNER
     return Footprint(tuple(points), inscribed, circumscribed, -down, up)
@@ -117,7 +121,7 @@ def holds(solids: Sequence[Solid], points: Sequence[Point], margin: float = 0.0)
 def pad(points: Sequence[Point], padding: float) -> list[Point]:
     """Pad a footprint as a costmap does: shift each nonzero coordinate of a corner by ``padding`` (m) away from zero.
 
-    ros-navigation/navigation2:nav2_costmap_2d/src/footprint.cpp, padFootprint.
+    Source: ros-navigation/navigation2:nav2_costmap_2d/src/footprint.cpp, padFootprint.
     """
 
     def moved(value: float) -> float:
@@ -127,7 +131,6 @@ def pad(points: Sequence[Point], padding: float) -> list[Point]:
 
 
 def _normals(solids: Sequence[Solid], most: int) -> list[Point]:
-    """Return the normals of candidate sides of a footprint, sorted by angle."""
     cornered, round_ones = [one for one in solids if one.corners], [one for one in solids if not one.corners]
     ring = _hull([corner[:2] for solid in cornered for corner in solid.corners])
     edges = list(zip(ring, [*ring[1:], *ring[:1]], strict=True)) if len(ring) > 2 else []
@@ -147,11 +150,11 @@ def _straight(value: float) -> float:
 
 
 def _fewer(sides: Sequence[Side], most: int) -> list[Side]:
-    """Remove sides that add almost no area when removed, then others until at most ``most`` are left."""
+    """Remove sides that hardly change the area, and then further sides until at most ``most`` are left."""
     left = list(sides)
 
     def added(index: int) -> float:
-        """Return the area that removing a side adds (m^2), or infinity if the adjacent sides would not intersect."""
+        """Return the area (m^2) that removing a side adds, or infinity if the adjacent sides would not intersect."""
         before, side, after = (left[(index + step) % len(left)] for step in (-1, 0, 1))
         angle = math.atan2(_cross(before[0], after[0]), before[0][0] * after[0][0] + before[0][1] * after[0][1])
         if not 0 < angle < _WIDEST:

@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
 
 _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
-_ONE_AXIS = ("revolute", "continuous", "prismatic")  # joint types for which MoveIt reads one limit per joint
-_STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
+_ONE_AXIS = ("revolute", "continuous", "prismatic")  # joint types that joint_limits.yaml can limit
+_STAND_IN = 1.0  # assumed acceleration limit (rad/s^2 or m/s^2), MoveIt's default until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _MOVEIT_PACKAGES = ("configs_utils", "kinematics", "planners_ompl", "ros_move_group", "simple_controller_manager")
 
 
-# Launch file of each group, with its description for README.md; _OUTPUTS has the help for missing outputs.
+# (launch file, its description in README.md) by group; _OUTPUTS has the help for missing outputs.
 _FILES = {
     CONTROL: ("control.launch.py", "the controller_manager with its controllers"),
     MOVEIT: ("moveit.launch.py", "MoveIt's move_group"),
@@ -56,8 +56,8 @@ _FOR_MOVEIT = (
 class Bringup:
     """The nodes that a package starts in addition to the publishers of frames.
 
-    ``starts`` are items of ``STARTS``; ``places`` and ``outputs`` map formats to the paths and outputs of artifacts;
-    ``ekf`` is the node name of the robot_localization filter, or "".
+    ``starts`` are items of ``STARTS``. ``places`` and ``outputs`` map formats such as "urdf" to paths in the package
+    and entries of the section ``outputs``. ``ekf`` is the name of the robot_localization node, or "".
     """
 
     robot: Robot
@@ -77,7 +77,7 @@ class Bringup:
         return fill(self.robot, self._distribution)
 
     def packages(self) -> Iterator[str]:
-        """Yield the ROS packages that contain the started nodes and plug-ins, for package.xml."""
+        """Yield the ROS packages of the started nodes and plugins, which package.xml has to list."""
         if CONTROL in self.starts:
             known, hardware = plugins(self._distribution), (one.plugin.partition("/")[0] for one in self.robot.control)
             yield "controller_manager"
@@ -125,7 +125,7 @@ class Bringup:
         return values
 
     def check(self) -> Iterator[Diagnostic]:
-        """Report topics of the started nodes without a publisher or subscriber, and yield notes on generated files."""
+        """Report unconnected topics, hardware that only Gazebo loads, and assumed values in generated files."""
         if self.starts:
             yield from open_ends(self.robot, graph_of(self.robot, self.starts))
         for block in self.robot.control if CONTROL in self.starts else ():
@@ -159,7 +159,6 @@ class Bringup:
         }
 
     def _localisation(self) -> dict[str, Any]:
-        """Return the template variables for localization: the default of ``slam``, and parameters of slam_toolbox."""
         output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
@@ -196,7 +195,7 @@ class Bringup:
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
-    """Return the nodes that a package starts, and an error if they lack outputs; ``placed`` are artifacts by path."""
+    """Return the nodes that a package starts, and an error if the description lacks an output for them, or None."""
     places: dict[str, str] = {}
     outputs: dict[str, Output] = {}
     named = {output.name: output for output in robot.outputs}

@@ -1,4 +1,4 @@
-"""Deploy the artifacts of a robot into an existing ROS 2 package, and check deployed copies."""
+"""Write the compiled files of a robot into an existing ROS 2 package, and check files that were deployed before."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -61,14 +61,14 @@ def deploy(
     full: bool = False,
     trust: bool = False,
 ) -> Deployment:
-    """Write the artifacts of a robot into an existing ROS 2 package or another existing folder.
+    """Write the compiled outputs of a robot into an existing ROS 2 package or another existing folder.
 
-    The result contains the copies with their paths and the changes as text; its ``robot`` is "" after an error.
+    If an error is found, nothing is written, and ``robot`` of the result is "".
 
     Args:
         places: The paths in the folder by output name, or ``"none"`` for outputs that are not written.
         dry_run: Report the changes without writing files.
-        full: List differences of texts in full in ``changes``.
+        full: Do not shorten the text diffs in ``changes`` of the result.
     """
     request, folder = Request.from_arguments(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
@@ -123,7 +123,7 @@ def deploy(
 def _plan(
     robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], places: Mapping[str, str]
 ) -> tuple[list[Artifact], list[Diagnostic]]:
-    """Compile each artifact for its path (from ``places``, an existing copy or its format); on errors return []."""
+    """Adapt each artifact to its path (from ``places``, an existing copy or its format); return [] on errors."""
     chosen, diagnostics = dict[str, str](), list[Diagnostic]()
     for artifact in artifacts:
         format, help = FORMATS[artifact.backend], f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
@@ -211,10 +211,10 @@ def check_deployed(
     full: bool = False,
     trust: bool = False,
 ) -> CheckedCopies:
-    """Compare the artifacts of a robot with their copies in a package, an install space or another folder.
+    """Compare the compiled outputs of a robot with their copies in a package, an install space or another folder.
 
     Args:
-        full: List differences of texts in full in ``lines``.
+        full: Do not shorten the text diffs in ``lines`` of the result.
     """
     request, folder = Request.from_arguments(robot, arguments, packages, trust=trust), Path(folder)
     compiled = request.compile()
@@ -269,7 +269,6 @@ def _compare(
 def _written_by_package(
     compiled: CompileResult, robot: Robot, request: Request, folder: Path, files: Sequence[str]
 ) -> dict[str, bytes]:
-    """Return the expected contents, by path, of launch files and descriptions in packages that this tool wrote."""
     found: dict[str, bytes] = {}
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:
@@ -289,7 +288,7 @@ def _written_by_package(
 
 
 def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
-    """Report each package whose manifest shows that an interrupted run wrote only some of its files."""
+    """Report packages whose manifest shows that an interrupted run wrote only some of the files."""
     for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
         package = (folder / name).parent
         states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}

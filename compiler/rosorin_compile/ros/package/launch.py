@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
-# Included by the XML and YAML launch files; all launch files include STATICS if the description is compiled at launch.
+# XML and YAML launch files include PUBLISHER. If the description is compiled at launch, all include STATICS instead.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
-# Name of the launch configuration with the words of the command line: path and arguments of the description.
+# Launch configuration with the path and the arguments of the description, in the form of a command line.
 WORDS = "rosorin_compile_words"
 _RULE = "package-not-carried"
 
@@ -42,7 +42,8 @@ _RULE = "package-not-carried"
 class LaunchArgument(NamedTuple):
     """A launch argument; ``default`` is None if it is required, ``choices`` is empty if any value is allowed.
 
-    The value is passed to the argument ``passed_as`` of the description, unless it equals ``own``, the default there.
+    Its value is passed on to the argument ``passed_as`` of the description, unless it equals ``own``, the default value
+    in the description.
     """
 
     name: str
@@ -54,7 +55,7 @@ class LaunchArgument(NamedTuple):
 
 
 class PackageFile(NamedTuple):
-    """A generated file that is not an artifact: its path, its template, and its description in README.md."""
+    """A file that is generated from a template; ``place`` is its path, ``about`` its description in README.md."""
 
     place: str
     template: str
@@ -71,7 +72,7 @@ ARGUMENTS = (
 
 
 def mode_arguments(robot: Robot) -> dict[str, str]:
-    """Map each mode in the conditions of static transforms to its launch argument."""
+    """Map each mode that static transforms depend on to the name of its launch argument."""
     modes = modes_in(robot, [one.when for one in static_tf.static_transforms(robot)[1]])
     return static_tf.free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
 
@@ -89,15 +90,12 @@ def launch_values(robot: Robot, carried: CarriedDescription | None) -> dict[str,
     joints = robot.published_by(ROBOT_STATE_PUBLISHER)
 
     def plain(text: str) -> str:
-        """Escape launch substitutions in a text for XML and YAML launch files."""
         return text.replace("\\", "\\\\").replace("$", "\\$")
 
     def in_args(text: str) -> str:
-        """Quote a word of the command line for XML and YAML launch files."""
         return plain(shlex.quote(text))
 
     def args(transform: static_tf.StaticTransform) -> str:
-        """Format the arguments of a static_transform_publisher for XML and YAML launch files."""
         words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
         return " ".join(words)
 
@@ -124,7 +122,7 @@ def launch_values(robot: Robot, carried: CarriedDescription | None) -> dict[str,
 
 
 def launch_files(carried: CarriedDescription | None) -> Iterator[PackageFile]:
-    """Yield the launch files that publish the frames."""
+    """Yield the launch files that publish the frames; ``carried`` is the description to compile at launch, or None."""
     kind, about = "compiled_launch" if carried else "launch", "publishers of the frames; the three forms do the same"
     yield from (PackageFile(f"launch/{LAUNCH}.{form}", f"{kind}.{form}", about) for form in ("py", "xml", "yaml"))
     if carried:
@@ -136,9 +134,10 @@ def launch_files(carried: CarriedDescription | None) -> Iterator[PackageFile]:
 
 
 class CarriedDescription(NamedTuple):
-    """A copy of a description in a package: the path of its main file, all its files by path, and its arguments.
+    """A description that is copied into a package and compiled at launch.
 
-    ``urdf`` and ``statics`` are the names of outputs to compile at launch; ``packages`` are ROS packages that it reads.
+    ``description`` is the path of its main file, ``passed`` are its arguments as launch arguments. ``urdf`` and
+    ``statics`` are the outputs to compile; ``packages`` are the ROS packages that the description reads.
     """
 
     description: str
@@ -150,16 +149,16 @@ class CarriedDescription(NamedTuple):
 
     @property
     def required(self) -> bool:
-        """Return True if the description has an argument without a default."""
+        """Whether the description has an argument without a default."""
         return any(one.default is None for one in self.passed)
 
 
 def carry(
     compiled: CompileResult, request: Request, options: Options
 ) -> tuple[CarriedDescription | None, list[Diagnostic]]:
-    """Copy the description for a package if its options require compiling at launch; return it or None, and errors.
+    """Return (description, errors); the description is None unless the package options require compiling at launch.
 
-    The argument values of the request become defaults at launch. Raises LoadError.
+    The argument values of the request become the defaults at launch. Raises LoadError.
     """
     from rosorin_compile.language.arguments import declared_arguments
 
@@ -170,7 +169,8 @@ def carry(
     elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
-    # Copy the folder "descriptions" if it contains all files, else its parent; without it, the folder of the file.
+    # Copy the folder "descriptions" if it contains all files, else its parent folder. If there is no such folder, copy
+    # the folder of the main file.
     top, prefix = _absolute(path).parent, f"{Description.FOLDER}/"
     if (folder := next((one for one in (top, *top.parents) if one.name == Description.FOLDER), None)) is None:
         prefix += f"{top.name if top.name.isprintable() and top.name.strip('.') else 'robot'}/"
@@ -199,7 +199,7 @@ def _absolute(path: Path) -> Path:
 
 
 def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) -> Iterator[Diagnostic]:
-    """Report files of the description and meshes of its URDF that would not be found in the package."""
+    """Report files and meshes of the description that nodes would not find in the package."""
     for one in [one for one in files if not one.is_relative_to(top)]:
         message = f"{one} is read, and is outside the project {top}: no package can carry it"
         yield report(_RULE, message, _mention(one.name, files))
@@ -214,7 +214,6 @@ def _problems(top: Path, files: Sequence[Path], main: Artifact, package: str) ->
 
 
 def _mention(name: str, files: Iterable[Path]) -> Span | None:
-    """Return the position where description files first mention a name, or None."""
     for file in (one for one in files if one.suffix in Description.ENDINGS):
         source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
         if name in source.text:
@@ -236,7 +235,6 @@ def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> Launc
 
 
 def _unquoted(written: str) -> str:
-    """Remove the quotes of a quoted YAML string; return other values unchanged."""
     if written[:1] not in ("'", '"'):
         return written
     try:

@@ -1,4 +1,4 @@
-"""Options of a package: name, package.xml entries, launch files, and the options stored by earlier runs."""
+"""Options of a package (name, package.xml entries, launch files), which earlier runs may have stored in package.xml."""
 
 import re
 import unicodedata
@@ -39,9 +39,9 @@ _ALLOWED = {
 
 @dataclass(frozen=True)
 class Options:
-    """The options of a package: its name, entries of package.xml, and the nodes to start.
+    """The options of a package: entries of package.xml, and the groups of nodes to start (items of ``STARTS``).
 
-    If ``at_launch``, the description is compiled at each launch; ``starts`` are items of ``STARTS``.
+    If ``at_launch`` is True, the description is compiled at each launch.
     """
 
     name: str
@@ -61,7 +61,7 @@ def is_legal(name: str) -> bool:
 
 
 def package_name(robot: str) -> str:
-    """Convert the name of a robot to a valid package name.
+    """Derive a valid package name from the name of a robot.
 
     >>> package_name("rosorin"), package_name("My Robot-2"), package_name("2wd")
     ('rosorin_description', 'my_robot_2_description', 'robot_2wd_description')
@@ -73,12 +73,15 @@ def package_name(robot: str) -> str:
 
 
 def file_name(name: str, otherwise: str) -> str:
-    """Return ``name`` if launch files need not quote it, else ``otherwise``."""
+    """Return ``name`` if it needs no quotes in a launch file, else ``otherwise``."""
     return name if re.fullmatch(r"[A-Za-z0-9_.+-]+", name) else otherwise
 
 
 def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Mapping[str, bool | None]) -> Options:
-    """Return the stored options of a package, updated with all arguments that are not None. Raises RequestError."""
+    """Return the options stored in a package, updated with the values that are not None. Raises RequestError.
+
+    ``texts`` are options such as "version"; ``on`` are options that are True or False, such as "nav2".
+    """
     given: dict[str, Any] = {key: value for key, value in texts.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))
     for key, value in given.items():
@@ -94,7 +97,7 @@ def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Ma
 
 
 def stored_options(target: Path, options: Options) -> Options:
-    """Return ``options`` updated from the package.xml in ``target`` if this tool wrote that file."""
+    """Return ``options`` with the values in the package.xml of the folder ``target``, if this tool wrote that file."""
     manifest = target / "package.xml"
     text = files.read_bytes(manifest).decode("utf-8", "replace") if files.is_file(manifest) else ""
     if STAMP not in text:

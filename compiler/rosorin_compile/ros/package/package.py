@@ -35,20 +35,20 @@ if TYPE_CHECKING:
 
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
-_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # in addition to those of formats
+_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # in addition to the folders of output formats
 _NODES = ("robot_state_publisher", "tf2_ros")
 _LAUNCH = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
-# Folder by file extension, for formats that do not name a folder.
+# Folder by file extension, for output formats without a folder.
 _BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
 # Files that users may edit: an edited file is not replaced.
 LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
-LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # SPDX identifiers; the license texts are templates
+LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # SPDX identifiers of licenses with a template
 
 
 @dataclass(frozen=True)
 class WrittenPackage:
-    """The result of ``package``; its ``package`` is "" if an error prevented writing."""
+    """The result of the function ``package``; the field ``package`` is "" if an error prevented writing."""
 
     package: str
     folder: str
@@ -76,18 +76,18 @@ def package(
     nav2: bool | None = None,
     trust: bool = False,
 ) -> WrittenPackage:
-    """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
+    """Write a ROS 2 package with the compiled outputs of a robot.
 
-    In a package that this function wrote before, options that are None keep their values. After an error, ``package``
-    of the result is "".
+    In a package that this function wrote before, options that are None keep their values. If an error is found, nothing
+    is written, and ``package`` of the result is "".
 
     Args:
         folder: The folder of the package.
-        name: The name of the package; by default ``ROBOT_description``.
+        name: The name of the package; by default, the name of the robot followed by ``_description``.
         build_type: ``"ament_cmake"``, the default, or ``"ament_python"``.
         version: The version, three numbers; by default ``"0.1.0"``.
         maintainer: The maintainer, as ``"Name <mail@example.org>"``.
-        license: The license as an SPDX name.
+        license: The license as an SPDX identifier.
         url: The website of the package.
         compile_at_launch: Compile the description at launch, with its arguments as launch arguments.
         control: Add a launch file that starts the controller_manager and the controllers.
@@ -139,10 +139,10 @@ def make(
     compiled: CompileResult | None = None,
     carried: CarriedDescription | None = None,
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Return the files of the ROS package of a robot by path, and diagnostics.
+    """Return the files of a ROS package by path, and diagnostics.
 
-    ``carried`` is the description to compile at launch, or None. Meshes are the files that ``compiled`` found; others
-    are looked up in the folders ``sources`` and in the package folder ``target``.
+    ``carried`` is the description to compile at launch, or None. Meshes that ``compiled`` did not find are searched in
+    the folders ``sources`` and in the package folder ``target``.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     published = FORMATS.published_format()
@@ -152,7 +152,7 @@ def make(
     placed: dict[str, Artifact] = {}
     for artifact in artifacts:
         if FORMATS[artifact.backend].located:
-            continue  # the launch files of the package replace it
+            continue  # the launch files of the package replace this artifact
         last = artifact.file.rpartition("/")[2]
         last = file_name(last, published.file.format("robot")) if artifact is main else last
         place = f"{folder_of(artifact)}/{last}"
@@ -208,7 +208,7 @@ def make(
 
 
 def folder_of(artifact: Artifact) -> str:
-    """Return the package folder of an artifact by its format, or else by its file extension."""
+    """Return the folder of an artifact in a package, such as "urdf", from its format or its file extension."""
     file = artifact.file
     formats = (one.folder for one in FORMATS.values() if one.load and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
@@ -266,11 +266,7 @@ def _rendered(
 
 
 def _view(robot: Robot) -> dict[str, Any]:
-    """Return the template variables of the RViz configuration: fixed frame, sensor displays, sizes in metres.
-
-    Displays of sensors without a topic in the description are disabled. Sizes have one significant digit, so that small
-    changes of a robot do not change the file.
-    """
+    """Return the variables of the RViz template; sizes are rounded, so that small changes of a robot do not matter."""
     joints = robot.in_urdf()
     children = dict.fromkeys(joint.child for joint in joints)
     links = dict.fromkeys(joint.parent for joint in joints) | children

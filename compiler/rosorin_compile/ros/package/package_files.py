@@ -1,4 +1,4 @@
-"""Inspect ROS packages on disk: list their files, and find files that they do not install."""
+"""List the files of ROS packages on disk, and find files that the build files of a package do not install."""
 
 import fnmatch
 import os
@@ -10,17 +10,17 @@ from typing import NamedTuple
 from rosorin_compile.source.files import exists, is_file, read_text, resolve
 
 MAX_FILES = 50_000
-_BUILT = ("build", "install", "log")  # folders of colcon, if they contain COLCON_IGNORE
+_BUILT = ("build", "install", "log")  # created by colcon if they contain COLCON_IGNORE
 _SKIPPED = {"__pycache__", "node_modules"}
 _LAUNCH_ENDINGS = (".launch.py", "_launch.py", ".launch.xml", ".launch.yaml", ".launch.yml", ".launch")
 _NODES = ("robot_state_publisher", "tf2_ros")
 
 
 def files_below(folder: Path, skip_built: bool) -> list[str]:
-    """Return the sorted relative POSIX paths of the files below a folder; symlinked folders are visited once.
+    """Return the sorted POSIX paths of all files below a folder, relative to the folder.
 
-    ``skip_built`` skips folders that colcon created and symlinked folders, where this tool must not write.
-    Raises OSError, for example for more than 50,000 files.
+    If ``skip_built``, skip symlinked folders and folders that colcon created, where this tool must not write. Raises
+    OSError, for example for more than 50,000 files.
     """
     names: list[str] = []
     visited: set[Path] = set()
@@ -44,21 +44,21 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
 
 
 def is_launch_file(name: str) -> bool:
-    """Return True if a path has the name of a launch file."""
+    """Return True if a path looks like a launch file."""
     return name.endswith(_LAUNCH_ENDINGS) or ("launch/" in name and name.endswith(".py"))
 
 
 class InstallHint(NamedTuple):
-    """The build file that does not install a file, and the line to add to the build file."""
+    """The build file (setup.py or CMakeLists.txt) that does not install a file, and the line to add to it."""
 
     decided_by: str
     line: str
 
 
 def uninstalled_files(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, InstallHint]]:
-    """Yield the files, relative to the package, that setup.py or CMakeLists.txt does not install, with the solution.
+    """Yield (file, hint) for each file, relative to the package, that setup.py or CMakeLists.txt does not install.
 
-    If a package has both, its build type determines which of them applies.
+    If a package has both build files, its build type determines which of them applies.
     """
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
     is_python = is_file(setup) and (not is_file(cmake) or "<build_type>ament_python<" in _text(package / "package.xml"))
@@ -78,10 +78,7 @@ def _text(path: Path) -> str:
 
 
 def _setup_installs(text: str, file: str) -> bool:
-    """Return True if setup.py contains the name of a file or a matching wildcard, or searches for files itself.
-
-    The folder and the name can be separate strings, as in ``glob(os.path.join("launch", "*.py"))``.
-    """
+    """Return True if setup.py names a file or its folder, matches it with a wildcard, or searches for files."""
     if "data_files" not in text or re.search(r"rglob|os\.walk|iterdir|listdir", text):
         return True
     patterns = [re.sub(r"\{[^}]*\}", "*", found) for found in re.findall(r"""['"](?:\./)?([^'"\n]*)['"]""", text)]
@@ -89,12 +86,12 @@ def _setup_installs(text: str, file: str) -> bool:
     if not folder or any(folder == pattern.rstrip("/") for pattern in patterns):
         file = name
         patterns = [pattern.rpartition("/")[2] for pattern in patterns]
-    # unlike in fnmatch, a wildcard of glob does not match "/"
+    # unlike in fnmatch, a wildcard in glob does not match "/"
     return any(file.count("/") == one.count("/") and fnmatch.fnmatchcase(file, one) for one in patterns)
 
 
 def undeclared_packages(package: Path, launch: Sequence[str]) -> list[str]:
-    """Return the packages that launch files, passed as texts, refer to and package.xml does not declare."""
+    """Return the packages that launch files need and package.xml lacks; ``launch`` are the texts of launch files."""
     text = _text(package / "package.xml")
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
     started = [name for name in _NODES if any(name in one for one in launch)]

@@ -1,4 +1,4 @@
-"""The output format SRDF: write the SRDF of a robot, read it again, and return the contents for comparison.
+"""The SRDF format: write the SRDF of a robot, and parse an SRDF to compare it with the robot.
 
 Sources: ``ros-planning/srdfdom``, ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
@@ -34,7 +34,7 @@ _NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # the radius 0 means that the link has no
 
 @dataclass(frozen=True)
 class Srdf:
-    """The contents of an SRDF for comparison: elements by name, and pairs of links as text ("arm - base")."""
+    """The contents of an SRDF for comparison: elements by name, and link pairs as text such as "arm - base"."""
 
     group: Entries = field(default_factory=dict)
     state: Entries = field(default_factory=dict)
@@ -81,10 +81,7 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
 def _positions(
     planning: PlanningModel, group: Group, pose: JointPose
 ) -> Iterator[tuple[str, float | tuple[float, ...]]]:
-    """Yield (joint, position) for a state of a group, including the virtual joint if it is in the group.
-
-    The position of the virtual joint is (x, y, theta), or x, y, z and a quaternion (x, y, z, w), in m and rad.
-    """
+    """Yield (joint, position); for a virtual joint, (x, y, theta) or (x, y, z, qx, qy, qz, qw) in m and rad."""
     virtual, base = planning.virtual, pose.base
     for joint in planning.joints_in(group):
         if joint in pose.positions:
@@ -95,7 +92,7 @@ def _positions(
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of the SRDF of a robot, and diagnostics. Option: ``number_format`` (short, exact or six)."""
+    """Return the text of the SRDF of a robot, or "" if no output is a URDF, and diagnostics."""
     planning, number = planning_model(robot), number_format(output.options)
     if planning is None:
         message = f"{output.file} needs a URDF, but the robot has no output of this format"
@@ -109,7 +106,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     def value(at: float | tuple[float, ...]) -> str:
         if isinstance(at, float | int):
             return number(at)
-        split = 2 if len(at) == 3 else 3  # numbers of the position; the rest are the orientation
+        split = 2 if len(at) == 3 else 3  # the position has 2 or 3 numbers; the rest is the orientation
         return f"{vector(at[:split], number)} {vector(at[split:], number)}"
 
     values = {"name": robot.name, "planning": planning, "said": said, "attributes": attributes, "comment": comment}
@@ -124,7 +121,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text, notes = templates.own("ros/robot.srdf.jinja", values), []
     stale, meshes = planning.stale_pairs()
-    if meshes and stale:  # ``checks`` reports other changes
+    if meshes and stale:  # the module ``checks`` reports other changes
         message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(stale)}"
         notes.append(report("collisions-stale", message))
     simulated = {joint.child for joint in robot.joints if joint.publisher.simulated}

@@ -15,7 +15,7 @@ _TOP = "moveit"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the section ``moveit``; if several outputs are SRDFs, problems are reported for the first only."""
+    """Validate the section ``moveit``. If several outputs are SRDFs, problems are only reported for the first."""
     robot = case.robot
     first = next(one for one in robot.outputs if one.backend == output.backend)
     if output != first or not robot.links or not robot.is_tree:
@@ -53,7 +53,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
-    """Yield (kind, name, path) of each mention of a link or joint in the section, links first."""
     for kind in ("link", "joint"):
         yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == _TOP)
 
@@ -67,14 +66,13 @@ def _own_joints(planning: PlanningModel, group: Group) -> list[str]:
 
 
 def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
-    """Report planning groups that have no joints, contain themselves, or have a chain with swapped base and tip."""
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
         circle, links = _circle(planning, group), (*(group.chain or ()), *group.links)
         base, tip = group.chain or ("", "")
         way = case.robot.chain(base) if base in case.robot.link else []
         parents = [joint.parent for joint in way]
-        # With an unknown name, which another rule reports, the joints of the group are not known.
+        # If a name is unknown, which another rule reports, the joints of the group cannot be determined.
         is_sound = planning.links.issuperset(links) and planning.groups.keys() >= {*group.groups}
         is_sound = is_sound and planning.joints.keys() >= {*_own_joints(planning, group)}
         if circle:
@@ -95,7 +93,7 @@ def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
 
 
 def _circle(planning: PlanningModel, group: Group) -> list[str]:
-    """Return the names of groups in a cycle of subgroups that contains a group, or []."""
+    """Return the names of groups that form a cycle with ``group``, or [] if there is no cycle."""
     ways = [[group.name]]
     for way in ways:  # breadth-first search: the list grows in the loop
         inner = planning.groups[way[-1]].groups
@@ -107,7 +105,7 @@ def _circle(planning: PlanningModel, group: Group) -> list[str]:
 
 
 def _states(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
-    """Report states that set no joint of their group, and poses that set more than half of its joints but not all."""
+    """Report states that set no joint of their group, and poses that set most joints of a group but not all."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
     for group in planning.said.groups:
@@ -169,7 +167,7 @@ def _matrix(case: Case, planning: PlanningModel, output: Output) -> Iterator[Dia
         what = stale_text(pairs) if pairs else "links were added or removed"
         message = f"shapes, joints, limits or numbers changed since the collision matrix was computed: {what}"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
-    else:  # only after an edit by hand: removing a link from the robot makes the matrix stale
+    else:  # a link is unknown only if the matrix was edited by hand; removing a link makes it stale
         within: Path = (_TOP, "collision_matrix", "pairs")
         for index, pair in enumerate(value_at(case.tree, within) or ()):
             for side, name in enumerate(pair["links"]):

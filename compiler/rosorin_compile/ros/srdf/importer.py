@@ -1,7 +1,7 @@
 """Import an SRDF: convert it to the sections ``moveit`` and ``poses``.
 
 Elements that MoveIt ignores (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``) are reported and left
-out. If a group has a second chain, its joints are listed instead.
+out. A group can have only one chain in a description; further chains are converted to lists of joints.
 """
 
 from collections import defaultdict
@@ -23,8 +23,8 @@ from .planning import URDF, PlanningModel, sort_pair
 
 Entry = dict[str, Any]
 
-# Attributes by element, with the kind that each names ("link") or "". MoveIt requires all of them except _OPTIONAL.
-# The order is that of reading: virtual joints and groups come before the elements that refer to them.
+# Attributes by element; the value is "link", "joint" or "group" if the attribute is a reference. MoveIt requires all
+# except _OPTIONAL. Elements are read in this order: virtual joints and groups before elements that refer to them.
 _KNOWN: Mapping[str, Mapping[str, str]] = {
     "virtual_joint": {"name": "", "type": "", "parent_frame": "", "child_link": ""},
     "group": {"name": ""},
@@ -53,7 +53,7 @@ _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
 
 @dataclass
 class _State:
-    """A state of a planning group: its joint positions, and the pose of the base or None."""
+    """A state of a planning group; ``base`` is the pose of the base, set by the virtual joint, or None."""
 
     span: Span
     positions: dict[str, SourceValue] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class _State:
 
 
 def join(opened: ImportFile, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Convert an opened SRDF to sections for the robot in ``tree``; return the sections and diagnostics."""
+    """Convert an SRDF to sections of the description ``tree`` of its robot; return the sections and diagnostics."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
         raise ValueError("the robot cannot be made")  # impossible: ``tree`` has no errors
@@ -79,8 +79,6 @@ def join(opened: ImportFile, tree: Map) -> tuple[dict[str, Any], list[Diagnostic
 
 
 class _Importer:
-    """Converts an SRDF to entries of a description, with the position of each value in the SRDF."""
-
     def __init__(self, opened: ImportFile, robot: Robot) -> None:
         self.robot = robot
         self.reading = XmlReader(opened.options)
@@ -107,7 +105,7 @@ class _Importer:
     def _words(
         self, element: Element, names: Mapping[str, str], tags: Collection[str] = ()
     ) -> list[SourceValue] | None:
-        """Return the required attributes of an element, or None after reporting a missing one or an unknown name."""
+        """Return the required attributes in the order of ``names``, or report the problem and return None."""
         before = len(self.reading.diagnostics)
         self.reading.check(element, tags, names, None)
         needed = [name for name in names if name not in _OPTIONAL]
@@ -122,13 +120,11 @@ class _Importer:
         return list(words.values()) if all(exist) else None
 
     def _children(self, element: Element) -> list[tuple[Element, list[SourceValue]]]:
-        """Return the valid children of an element that MoveIt reads, each with its required attributes."""
         known = _INSIDE[element.tag]
         found = [(child, self._words(child, known[child.tag])) for child in element.children if child.tag in known]
         return [(child, words) for child, words in found if words is not None]
 
     def _exists(self, name: SourceValue, kind: str, element: Element) -> bool:
-        """Return True if a link, joint or group with a name exists, else report the unknown name."""
         joints = [*self.planning.joints, *([self.virtual.name] if self.virtual is not None else [])]
         known: Collection[str] = {"group": [*self.groups], "link": [*self.planning.links], "joint": joints}[kind]
         if name.value in known:
@@ -175,7 +171,7 @@ class _Importer:
         self.groups[name.value] = SourceValue(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
-        """Remove and report groups that MoveIt ignores: those without joints or with an ignored or unknown subgroup."""
+        """Remove and report groups that MoveIt ignores: groups without joints or with an unusable subgroup."""
         model = {}
         for name, (entry, _) in self.groups.items():
             chain = entry["chain"].value if "chain" in entry else None
@@ -216,9 +212,9 @@ class _Importer:
         if joint is None:  # only the virtual joint is not a joint of the robot
             count = {PLANAR: 3, FLOATING: 7}.get(self.virtual.type if self.virtual else "", 0)
             found = numbers(element, "value", count, PLAIN, self.reading) if count else None
-            if found is not None and count == 3:  # x y theta
+            if found is not None and count == 3:  # x, y, theta
                 state.base = {"xyz": [*found[:2], 0.0], "rpy": [0.0, 0.0, found[2]]}
-            elif found is not None:  # x y z and a quaternion x y z w
+            elif found is not None:  # x, y, z and a quaternion x, y, z, w
                 a, b, c, w = found[3:] if any(found[3:]) else (0.0, 0.0, 0.0, 1.0)
                 rpy = Transform.of_quaternion((0.0, 0.0, 0.0), (w, a, b, c)).rpy()
                 state.base = {"xyz": found[:3], "rpy": list(rpy)}
@@ -286,7 +282,7 @@ class _Importer:
         of_joint[name.value] = SourceValue(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
-        """Convert states to poses, whose names are not ``taken``; compatible states with the same name share a pose."""
+        """Convert states to poses with names that are not in ``taken``; merge states with equal names if possible."""
         made: Entry = {}
         names: dict[tuple[str, str], str] = {}
         of_groups = [(group, self.states.get(group, {})) for group in self.groups]
@@ -307,7 +303,7 @@ class _Importer:
         return made
 
     def _merged(self, parts: Mapping[str, _State]) -> _State | None:
-        """Merge states (by group) into one, or return None if that would change the state of a group."""
+        """Merge the states of several groups, or return None if that would change the state of a group."""
         merged = _State(next(iter(parts.values())).span)
         for state in parts.values():
             merged.positions |= state.positions

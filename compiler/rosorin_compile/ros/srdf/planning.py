@@ -1,8 +1,8 @@
 """A robot as MoveIt loads it from URDF and SRDF: joints of groups, the virtual joint, and collision pairs.
 
-As in ``moveit/moveit2:moveit_core/robot_model``, a chain goes from its tip up to its base, or through their closest
-common ancestor; a link in a group adds its parent joint. Digests show if the collision matrix was computed for the
-current robot; their inputs are rounded to nine decimals, so that machines with other rounding errors agree.
+As in ``moveit/moveit2:moveit_core/robot_model``, a chain is the path between its base and its tip in the tree of links;
+a link in a group adds its parent joint. Digests show whether the collision matrix is up to date; their inputs are
+rounded to nine decimals, so that they are equal on all machines.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _FORM = 1  # version of the search algorithm; increase it to make every collisio
 
 
 class Parts(NamedTuple):
-    """Digests of the search settings, of the shapes by link (including mesh files), and of joints by name."""
+    """Digests of the inputs of a collision matrix: of the search settings, of the shapes by link, and by joint."""
 
     how: str
     shapes: Mapping[str, str]
@@ -39,7 +39,7 @@ class Parts(NamedTuple):
 
 @of_robot
 def planning_model(robot: Robot) -> PlanningModel | None:
-    """Return the robot as MoveIt loads it, or None if no output is the URDF that belongs to the SRDF."""
+    """Return the robot as MoveIt loads it, or None if no output is a URDF for the SRDF."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
     name = robot.moveit.urdf if robot.moveit is not None else ""
     published = [output for output in urdfs if output.options.get("frames", "published") == "published"]
@@ -48,7 +48,7 @@ def planning_model(robot: Robot) -> PlanningModel | None:
 
 
 class PlanningModel:
-    """A robot as MoveIt loads it from a URDF output; the section ``moveit`` (``said``) may contain invalid names."""
+    """A robot as MoveIt loads it from a URDF output. ``said`` is the section ``moveit``; its names may be invalid."""
 
     def __init__(self, robot: Robot, urdf: Output) -> None:
         self.robot = robot
@@ -81,7 +81,7 @@ class PlanningModel:
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> Parts:
-        """Return the digests that show which pairs changed; ``meshes`` are the digests of mesh files by name."""
+        """Return digests of single inputs of the collision matrix; ``meshes`` are the digests of mesh files by name."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
@@ -90,7 +90,7 @@ class PlanningModel:
         return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
-        """Return the unchanged pairs of the matrix, with their entry, or None for pairs that MoveIt has to check."""
+        """Map link pairs with unchanged digests to their matrix entries, or to None if MoveIt checks the pair."""
         if (matrix := self.said.matrix) is None or matrix.how != now.how:
             return {}
         then = {sort_pair(pair.links): pair for pair in matrix.pairs}
@@ -104,9 +104,9 @@ class PlanningModel:
         return found
 
     def stale_pairs(self) -> tuple[list[Pair], list[str]]:
-        """Return the pairs of the matrix whose shapes, joints or meshes changed, and the names of changed meshes.
+        """Return the pairs of the matrix whose shapes, joints or meshes changed, and the names of changed mesh files.
 
-        Pairs that are still adjacent are not stale. Mesh files that are not found count as unchanged.
+        Pairs that are still adjacent are not stale. Mesh files that do not exist count as unchanged.
         """
         if (computed := self.said.matrix) is None:
             return [], []
@@ -121,7 +121,6 @@ class PlanningModel:
         return [pair for pair in existing if pair not in same and pair not in adjacent], changed
 
     def _with_leaders(self, names: Iterable[str]) -> set[str]:
-        """Return the names of joints and of all joints that they mimic, directly or indirectly."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -131,7 +130,7 @@ class PlanningModel:
         return found
 
     def _carrying(self) -> list[str]:
-        """Return the sorted names of joints above links with shapes, and of the joints that these mimic."""
+        """Return the sorted names of joints that move links with shapes, and of the joints that they mimic."""
         return sorted(self._with_leaders(joint.name for link in self.solids for joint in self.chain(link)))
 
     def _joint(self, name: str) -> list[Any]:
@@ -144,18 +143,17 @@ class PlanningModel:
 
     @cached_property
     def root(self) -> str:
-        """The root link of the URDF."""
         return next(link.name for link in self.robot.walk() if link.name in self.links)
 
     def chain(self, link: str) -> list[Joint]:
-        """Return the joints of the URDF on the path from a link up to the root."""
+        """Return the joints on the path from a link up to the root."""
         found: list[Joint] = []
         while (joint := self.joint_to.get(link)) is not None and joint not in found:
             found, link = [*found, joint], joint.parent
         return found
 
     def joints_between(self, base: str, tip: str) -> list[Joint]:
-        """Return the joints of the URDF on the path between two links."""
+        """Return the joints on the path from ``base`` to ``tip``."""
         up, other = self.chain(tip), self.chain(base)
         shared = [joint for joint in up if joint in other]
         return [*(j for j in other if j not in shared), *(j for j in reversed(up) if j not in shared)]
@@ -194,7 +192,7 @@ class PlanningModel:
 
     @cached_property
     def virtual(self) -> VirtualJoint | None:
-        """The joint between the world and the root, with defaults for the base of the robot, or None if disabled."""
+        """The joint between the world and the root link, with defaults that suit the robot, or None if disabled."""
         if (said := self.said.virtual_joint) is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
@@ -205,7 +203,7 @@ class PlanningModel:
         return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
-        """Return joint properties for planners; for a planar base that cannot move sideways, add ``diff_drive``."""
+        """Return joint settings for planners, including the motion model diff_drive for a base that cannot slide."""
         found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
         virtual, drive = self.virtual, self.robot.drive
         if virtual is not None and virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING:
@@ -234,7 +232,7 @@ class PlanningModel:
         return sorted({sort_pair((link, near)) for link, several in neighbours.items() for near in several})
 
     def disabled_pairs(self) -> list[DisabledCollision]:
-        """Return the sorted pairs that MoveIt does not check, from the matrix (with priority) and the description."""
+        """Return the sorted pairs that MoveIt does not check; the matrix has priority over the description."""
         checked = {sort_pair(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if self.said.matrix is not None else ()
@@ -245,13 +243,13 @@ class PlanningModel:
 
 
 def sort_pair(pair: Pair) -> Pair:
-    """Sort the two link names of a pair, so that equal pairs compare equal."""
+    """Sort the two link names of a pair, so that (a, b) and (b, a) are the same pair."""
     one, other = sorted(pair)
     return (one, other)
 
 
 def stale_text(pairs: list[Pair]) -> str:
-    """Format stale pairs of the collision matrix as a sentence."""
+    """Format stale pairs of the collision matrix for a message."""
     names = first_of([f"{one} and {other}" for one, other in pairs], 20)
     return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 

@@ -48,7 +48,7 @@ def sensor_words(kind: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Interface:
-    """An interface of a joint, sensor or GPIO; ``min``, ``max`` and ``initial`` are None if they are not set."""
+    """A command or state interface of a joint, sensor or GPIO; ``min``, ``max`` and ``initial`` are None if not set."""
 
     name: str
     min: float | None = None
@@ -61,10 +61,10 @@ class Interface:
 
 @dataclass(frozen=True)
 class Component:
-    """A joint, sensor or GPIO of a block, with its command and state interfaces.
+    """A joint, sensor or GPIO of a hardware block, with its command and state interfaces.
 
-    If ``limits`` is True, joint limits are written to command interfaces; False disables limits, and "urdf" uses those
-    of the URDF. ``mimic`` is True if the hardware makes a mimic joint follow its leader, or None for the default.
+    If ``limits`` is True, the limits of the joint are written to its command interfaces; "urdf" leaves them to the
+    URDF, and False disables limits. If ``mimic`` is False, the hardware does not make a mimic joint follow its leader.
     """
 
     name: str
@@ -76,12 +76,10 @@ class Component:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """The names of the command interfaces."""
         return tuple(one.name for one in self.command)
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The names of the state interfaces."""
         return tuple(one.name for one in self.state)
 
 
@@ -107,9 +105,10 @@ class Transmission:
 
 @dataclass(frozen=True)
 class Block:
-    """A hardware block; ``pose`` names the initial positions of its joints, ``rate`` is its update rate (Hz).
+    """A hardware block, which becomes a ``<ros2_control>`` element.
 
-    Humble does not support ``group``, ``rate``, ``is_async`` and ``thread_priority``.
+    ``pose`` is the pose with the initial joint positions, ``rate`` is the update rate (Hz). Humble does not support
+    ``group``, ``rate``, ``is_async`` and ``thread_priority``.
     """
 
     name: str
@@ -134,13 +133,13 @@ class Block:
 
 
 def hardware_distro(output: Output) -> str:
-    """Return the option ``control`` of an output (humble or jazzy), or "" if it has no hardware blocks."""
+    """Return "humble" or "jazzy", as in the option ``control`` of an output, or "" if the option is not set."""
     option = output.options.get(OPTION)
     return described_by(str(option)) if option else ""
 
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
-    """Compile the hardware blocks of a robot to ``<ros2_control>`` elements for an output."""
+    """Return the ``<ros2_control>`` elements of the hardware blocks, or [] if the output does not contain them."""
     distribution = hardware_distro(output)
     humble = distribution == HUMBLE
 
@@ -171,7 +170,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:
-    """Fill in command limits from the joint, and the initial position from the pose of the block."""
+    """Set missing command limits from the joint, and the initial position from the pose of the block."""
     joint = robot.joint[one.name]
 
     def command(it: Interface) -> Interface:
@@ -186,12 +185,12 @@ def _joint(robot: Robot, block: Block, one: Component) -> Component:
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
-    """Return True if the hardware makes a joint follow the joint that it mimics."""
+    """Return True if the joint mimics another joint and the hardware makes it follow."""
     return joint is not None and joint.mimic is not None and component.mimic is not False
 
 
 def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Validate the hardware blocks for an output; problems that concern all outputs are reported only once."""
+    """Validate the hardware blocks for an output; problems that affect all outputs are reported only once."""
     if not case.robot.control:
         message = f'output "{output.name}" has the option "control", but the description has no hardware blocks'
         help = 'add "control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}" to the description'
@@ -202,7 +201,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         owners: dict[tuple[str, str, str], Block] = {}
         for block in case.robot.control:
             yield from _block(case, block, owners)
-    if not case.robot.is_tree:  # another rule reports it; joints_of needs a tree
+    if not case.robot.is_tree:  # another rule reports this; joints_of requires a tree
         return
     carried = {joint.name for joint in joints_of(case.robot, output)}
     for block in case.robot.control:
@@ -226,13 +225,12 @@ def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help
 
 
 def _interfaces(one: Component) -> Iterator[tuple[str, int, Interface]]:
-    """Yield (key, index, interface) for each interface of a component; the key is "command" or "state"."""
     yield from (("command", *numbered) for numbered in enumerate(one.command))
     yield from (("state", *numbered) for numbered in enumerate(one.state))
 
 
 def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) -> Iterator[Diagnostic]:
-    """Validate what does not depend on an output; ``owners`` maps each interface to the first block that has it."""
+    """Validate a block independently of outputs; ``owners`` maps each interface to the first block that has it."""
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
         message = f"a block of type actuator must have one joint, not {len(block.joints)}"
@@ -280,7 +278,6 @@ def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Ite
 
 
 def _words(case: Case, block: Block, section: str, one: Component, of: str) -> Iterator[Diagnostic]:
-    """Report a component without interfaces, and interfaces that look like misspelt ros2_control names."""
     problem, path = partial(_problem, case, block, "control-interface"), (section, one.name)
     types = {sensor.name: sensor.type for sensor in case.robot.sensors}
     if not one.command and not one.state:
@@ -291,11 +288,11 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
         entry, word = value_at(case.tree, ("control", block.name, *path, key)), interface.name
-        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # a single name has no deeper path
+        steps = {Map: (word,), Seq: (index,)}.get(type(entry), ())  # an entry that is a string has no items
         place: Path = (*path, key, *steps)
         if (near := _WORDS.get(word.casefold(), "")) not in known:
             near = next(iter(difflib.get_close_matches(word.casefold(), known, n=1, cutoff=0.8)), "")
-        if near and word not in known:  # custom names are allowed, misspelt ones are not
+        if near and word not in known:  # custom names are allowed, but not misspelt standard names
             severity = ERROR if near in swaps(word) else WARNING
             message = f'{of} has the {key} "{word}", which no controller claims'
             yield problem(message, place, suggest(near), severity=severity, key=place[-1] == word)
@@ -303,7 +300,6 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
 
 
 def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
-    """Validate a joint of a block for a URDF output; ``is_carried`` is True if this URDF contains the joint."""
     humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'
@@ -363,7 +359,7 @@ def control_unused(case: Case) -> Iterator[Diagnostic]:
     Heading.CONTROL,
 )
 def control_names(case: Case) -> Iterator[Diagnostic]:
-    """Report unknown poses and unknown joints of transmissions in hardware blocks."""
+    """Report hardware blocks that name an unknown pose, and transmissions that name an unknown joint."""
     poses = [pose.name for pose in case.robot.poses]
     for block in case.robot.control:
         called, own = f'hardware block "{block.name}"', [one.name for one in block.joints]

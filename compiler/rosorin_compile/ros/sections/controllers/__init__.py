@@ -23,7 +23,7 @@ def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...
 
 
 def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Flatten nested parameters to full keys, which join the nested keys with dots.
+    """Flatten nested parameters, joining the keys with dots; ``above`` is a prefix for all keys.
 
     >>> flat({"a": {"b": 1, "c.d": 2}})
     {'a.b': 1, 'a.c.d': 2}
@@ -39,7 +39,7 @@ def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 @Check
 def controller_names(case: Case) -> Iterator[Diagnostic]:
-    """Report unknown hardware blocks and sensors in controllers (controller-name)."""
+    """Report controllers that name an unknown hardware block or sensor (controller-name)."""
     blocks = [name for section in named_as("hardware block") for name in case.tree.get(section) or ()]
     sensors = [sensor.name for sensor in case.robot.sensors]
     for one in case.robot.controllers:

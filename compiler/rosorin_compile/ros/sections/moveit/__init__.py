@@ -23,7 +23,7 @@ Pair = tuple[str, str]
 class Group:
     """A planning group: the joints of a chain (base, tip), listed joints, parent joints of links, and subgroups.
 
-    ``states`` maps names of states to names of poses; None stands for all poses that set every joint of the group.
+    ``states`` maps state names to pose names. If it is None, all poses that set every joint of the group are states.
     """
 
     name: str
@@ -48,7 +48,7 @@ class EndEffector:
 
 @dataclass(frozen=True)
 class VirtualJoint:
-    """The joint between the world and the root of a URDF; "" in a field selects a default for the base of the robot."""
+    """The joint between the world and the root link; a field that is "" gets a default that suits the robot."""
 
     type: str = ""
     parent: str = ""
@@ -65,7 +65,11 @@ class Ball:
 
 @dataclass(frozen=True)
 class CollisionSearch:
-    """Settings of a collision matrix: states to try, seed, share for "always colliding", distance (m) for "never"."""
+    """Settings for computing the collision matrix: the number of random states (``trials``) and their seed.
+
+    Pairs that collide in more than the fraction ``always`` of the states, or that stay farther apart than ``clearance``
+    (m), need no check.
+    """
 
     trials: int = 10_000
     seed: int = 1
@@ -75,11 +79,10 @@ class CollisionSearch:
 
 @dataclass(frozen=True)
 class CollisionMatrix:
-    """A computed list of link pairs that need no collision check.
+    """Link pairs that MoveIt need not check for collisions; ``states`` is the number of random states that were tried.
 
-    ``of`` is a digest of all inputs, ``states`` the number of random states, ``meshes`` digests of mesh files by name.
-    To find pairs that must be computed again, ``how`` is a digest of the settings, ``shapes`` has digests of the shapes
-    by link, and ``joints`` digests by joint.
+    ``of`` is a digest of all inputs. Digests of single inputs show which pairs must be computed again: ``meshes`` by
+    file, ``shapes`` by link, ``joints`` by joint, and ``how`` for the settings.
     """
 
     of: str
@@ -93,11 +96,11 @@ class CollisionMatrix:
 
 @dataclass(frozen=True)
 class Moveit:
-    """The contents of the section ``moveit``.
+    """The section ``moveit``; ``urdf`` is the name of an output, or "" for the URDF of robot_state_publisher.
 
-    ``urdf`` is the name of an output, or "" for the URDF of robot_state_publisher. ``virtual_joint`` is None if
-    disabled. Collisions of ``unchecked_links`` are only checked for pairs in ``checked``. ``spheres`` approximate links
-    by name; ``joint_properties`` are properties for planners, by joint and property name.
+    ``virtual_joint`` is None if it is disabled. MoveIt does not check ``unchecked_links`` for collisions, except for
+    the pairs in ``checked``. ``spheres`` approximate the shapes of links; ``joint_properties`` are settings for
+    planners, by joint and name.
     """
 
     urdf: str = ""
@@ -115,7 +118,7 @@ class Moveit:
 
     @property
     def own_names(self) -> Mapping[str, Collection[str]]:
-        """The name of the virtual joint by kind ("joint"), which other entries of the description can refer to."""
+        """Names in this section that other sections can refer to, by kind of object: the virtual joint is a "joint"."""
         return {"joint": (self.virtual_joint.name,)} if self.virtual_joint is not None else {}
 
 
@@ -167,7 +170,7 @@ def planning(case: Case) -> Iterator[Diagnostic]:
 
 
 def state_path(case: Case, group: Group, state: str) -> Path:
-    """Return the path of a state of a planning group in the description; ``states`` is a mapping or a list."""
+    """Return the path of a state in the description: by name if ``states`` is a mapping, by index if it is a list."""
     path: Path = ("moveit", "groups", group.name, "states")
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 

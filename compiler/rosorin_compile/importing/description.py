@@ -153,7 +153,7 @@ def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
 
 WIDTH = 120
 _WORDS = ("for", "if")  # links with these names are quoted, because unquoted keys mark loops and conditions
-_SPACED = 2  # depth of sections and their entries; empty lines separate multi-line entries down to this depth
+_SPACED = 2  # maximum depth (sections, entries) at which empty lines separate multi-line entries
 _SHORT_DEPTH = 2  # maximum nesting of mappings that are written on one line
 
 # Path of an entry -> comment lines above the entry; the empty path is the top of the file.
@@ -183,7 +183,7 @@ def escape(text: str) -> str:
 
 
 def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = MappingProxyType({})) -> str:
-    """Format a document as YAML text; ``remarks`` has comment lines by the path of the entry below them.
+    """Format a document as YAML text; ``remarks`` maps the path of an entry to the comment lines above the entry.
 
     A document contains mappings, lists, strings, ``Verbatim``, ``Expression``, booleans and None; numbers are
     ``Verbatim``.

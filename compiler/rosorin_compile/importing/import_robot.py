@@ -166,7 +166,7 @@ def import_robot(
         return replace(result, diagnostics=tuple(diagnostics))
     imported, files = converted.imported, trip.files
     lines, translated = [*_report_parts(trip), *report_elements(converted)], list[str]()
-    if record is not None and (len(record) > 1) != (len(files) > 1):  # keep the number of files: one or several
+    if record is not None and (len(record) > 1) != (len(files) > 1):  # do not split or join an existing description
         files = write(trip.shown, trip.outputs, schema_path(folder), len(record) > 1)
     if keeps and source is not Description.ON_STDIN:
         target = Target(folder, schema_path(folder), name, prefix, package is not None)
@@ -232,7 +232,6 @@ def _check_options(
 def _read(
     source: Path, reading: ReadOptions, companions: Mapping[str, Path], strict: bool
 ) -> tuple[ImportedRobot, list[Diagnostic]]:
-    """Read the robot file and its companion files, such as an SRDF. Raises RequestError."""
     imported = read_robot(source, reading)
     if reading.arguments and not imported.takes_arguments and imported.tree is not None:
         raise RequestError(f"{source} takes no arguments: only a xacro does")
@@ -290,7 +289,6 @@ def _check_folder(folder: Path, help: str) -> None:
 
 
 def _report(folder: Path, imported: ImportedRobot, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
-    """Return the lines of the import report: size, comparison with the source, and unconverted elements."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
     report = [
@@ -313,7 +311,6 @@ def _report(folder: Path, imported: ImportedRobot, trip: RoundTrip, files: Mappi
 
 
 def _report_parts(trip: RoundTrip) -> list[str]:
-    """Return the report lines about parts, with their number of instances, and about joints in a different order."""
     tree = trip.shown.whole
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
@@ -357,8 +354,7 @@ def _write_into(
 ) -> _Written:
     """Write a description and its test into a ROS package in one transaction. Raises OutputError.
 
-    ``name`` is the name of the description folder. A test that the user edited is not replaced. For a new description
-    (``is_new``), the result has the lines that the user must add to existing files of the package.
+    The result has lines that the user must add to existing files of the package if the description ``is_new``.
     """
     from rosorin_compile.formats.templating import Templates
 

@@ -73,10 +73,7 @@ def _is_of_package(name: str) -> bool:
 
 
 def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
-    """Return (common parent folder of all mesh files, new file name relative to that folder by old name).
-
-    ``base`` is the folder of the source. An absolute path into another ROS package becomes a ``package://`` URI.
-    """
+    """Return (common parent folder of all mesh files, {old file name: new file name relative to that folder})."""
     own = package_of(base)
     places = {name: Path(os.path.normpath(base / name)) for name in relative}
     names: dict[str, str] = {}
@@ -105,7 +102,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
 
 
 def seen_from(imported: ImportedRobot, folder: Path) -> ImportedRobot:
-    """Convert the paths in the section ``source`` of a robot from relative to ``folder`` to absolute."""
+    """Make the paths in the section ``source`` of a robot absolute; relative paths start at ``folder``."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported

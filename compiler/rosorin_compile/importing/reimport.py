@@ -25,7 +25,7 @@ from rosorin_compile.source.wording import count_of, phrase, printable
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "
 _MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
-_MOST_CONFLICTS = 127  # the exit code of git merge-file is the number of conflicts, at most 127; higher: an error
+_MOST_CONFLICTS = 127  # highest exit code of git merge-file that is a number of conflicts; higher codes are errors
 
 
 class MergeResult(NamedTuple):

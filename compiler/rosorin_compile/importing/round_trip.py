@@ -70,7 +70,6 @@ def check_round_trip(
 def _round_trip(
     imported: ImportedRobot, shown: ImportedRobot, folder: Path, plain: Map | None, packages: Mapping[str, Path]
 ) -> RoundTrip:
-    """Compile ``shown`` (the imported robot, possibly with parts), and compare the result with ``imported``."""
     Progress.step("proving the import")
     outputs = outputs_of(imported)
     for _ in range(2):
@@ -130,10 +129,7 @@ def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: 
 def _proof(
     imported: ImportedRobot, shown: ImportedRobot, outputs: Outputs, folder: Path, packages: Mapping[str, Path]
 ) -> Proof:
-    """Compare the source with the compiled artifact of the same format in a simulator such as MuJoCo.
-
-    The artifact is compiled as in the final folder ``folder``, so that mesh paths and the number format are the same.
-    """
+    """Compare the source with the compiled artifact of the same format in a simulator such as MuJoCo."""
     format = FORMATS.get(imported.format)
     if format is None or format.prove is None or format.name not in outputs.entries:
         return Proof()

@@ -60,7 +60,7 @@ class ConvertedRobot(NamedTuple):
     imported: ImportedRobot
     plain: Map | None = None  # the robot before the conversion, or None if no element was converted
     names: Mapping[str, Sequence[str]] = {}  # names of the new entries, by kind such as "sensor"
-    kept: Mapping[str, str] = {}  # why an element is kept as XML, by element
+    kept: Mapping[str, str] = {}  # name as in ``Candidate.called`` -> reason why the element stays XML
 
 
 def with_sections(imported: ImportedRobot) -> ConvertedRobot:
@@ -196,7 +196,7 @@ class _Conversion:
         return (None if message else lower(tree).robot), message
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Compile entries of a section to URDF elements; return XML strings by name as in ``Candidate.called``."""
+        """Compile entries of a section to URDF elements; return a list of XML strings for each ``Candidate.called``."""
         robot, brings = self.with_entries(section, entries, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:

@@ -180,7 +180,7 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
         ends = [(axis["min_angle"], axis["max_angle"]) for word, axis in axes.items() if word in arguments]
         count = int(arguments.get("rays", 1)) * int(arguments.get("layers", 1))
         if count > MAX_RAYS or any(abs(low + high) > _NEAR for low, high in ends):
-            made["mjcf"] = []  # too slow for MuJoCo, or asymmetric angles, which MuJoCo lacks
+            made["mjcf"] = []  # omit from the MJCF: too slow, or asymmetric, which MuJoCo does not support
     if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
@@ -338,7 +338,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         commands = entry.get("command", {})
         if not isinstance(commands, dict):
             commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
-        for interface, numbers in commands.items():  # limits: urdf, if a limit of the joint is missing
+        for interface, numbers in commands.items():  # set "limits: urdf" if a command omits a limit of the joint
             low, high = joint.limits_of(interface)
             ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
             if not ends <= (numbers or {}).keys():
@@ -382,7 +382,7 @@ def _params(element: Element) -> dict[str, Any]:
 
 
 def plain(text: str) -> Any:
-    """Parse a number or boolean if it is formatted as the same string again; return any other string unchanged."""
+    """Parse a number or boolean if formatting the value gives the same string; return other strings unchanged."""
     if text in ("true", "false"):
         return text == "true"
     number = _number(text)

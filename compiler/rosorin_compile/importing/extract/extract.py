@@ -81,7 +81,7 @@ def extract_boxes(
     """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
 
     In the result, ``parts`` has the shapes of every kind and their fit by mesh or link (m, m^3, rad). ``text`` is the
-    section ``links`` of a description with shapes of the kind ``shape``, and ``report`` is a table.
+    the section ``links`` of a description with shapes of the kind ``shape``, and ``report`` is a table.
 
     Args:
         sources: Mesh files, or one robot: a description, URDF, xacro, SDF or MJCF.
@@ -208,15 +208,15 @@ def extract_height_map(
         rpy: The orientation of the mesh in the frame: roll, pitch, yaw in radians.
         cell: The edge length of a cell in metres; by default 0.01.
         origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
-        cells: The number of cells along x and y; by default those that cover the mesh.
+        cells: The number of cells along x and y; by default enough to cover the mesh.
         size: The size of the grid (x, y) in metres, instead of ``cells``.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
-        step: Round the heights of boxes to multiples of this length in metres; by default ``cell``.
+        step: Artifacts have boxes whose heights are rounded to multiples of this length in metres; by default ``cell``.
         bottom: Also compute the height of the lowest point of the mesh.
         into: A description file; its height map is replaced with a new map on the same grid.
-        status: The status of the source in the description: calculated, measured or factory.
-        note: The note of the source in the description; by default the names of the meshes.
+        status: How the heights were obtained, for the key ``source``: calculated, measured or factory.
+        note: A note for the key ``source``; by default the names of the meshes.
     """
     reading, wrong = read_options(arguments, packages, trust, warn)
     if wrong:
@@ -308,10 +308,7 @@ class RobotSource:
     """A robot whose meshes are extracted: its model, its parsed description, and the package search path."""
 
     def __init__(self, name: str, options: ReadOptions, diagnostics: list[Diagnostic]) -> None:
-        """Read a robot by name, folder or file; append warnings to ``diagnostics``.
-
-        Raises RequestError if there is no such robot, or ExtractProblem if it has errors.
-        """
+        """Read a robot, and append warnings to ``diagnostics``. Raises RequestError or ExtractProblem."""
         try:
             (description,) = Description.find([name])
         except NoDescription as problem:
@@ -322,7 +319,7 @@ class RobotSource:
             first = next(one for one in reading.diagnostics if one.severity == ERROR)
             diagnostics += [one for one in reading.diagnostics if one is not first]
             raise ExtractProblem(first)
-        # Leave the diagnostics of descriptions to ``check``; unsupported elements do not affect joints and meshes.
+        # Skip diagnostics that ``check`` reports for a description, and unsupported elements, which have no mesh.
         found = reading.diagnostics if request.is_foreign else ()
         found = [one for one in found if one.rule != "import-cannot-carry"]
         diagnostics += [one for one in found if one.severity in (ERROR, WARNING)]

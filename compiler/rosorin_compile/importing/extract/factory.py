@@ -23,7 +23,7 @@ from .extract import MARK, RobotSource, all_diagnostics, is_made
 
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
-_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # prefixes of rules about values that are not extracted
+_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # prefixes of rule ids; these rules check values that are not extracted
 _MAX_BYTES = 5_000_000  # size limit of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
@@ -69,7 +69,7 @@ def extract_factory(
     Options that are not listed here are the same as in ``extract_height_map``.
 
     Args:
-        package: The folder of the package.
+        package, output: The folder of the package, and the folder of the YAML files.
         robot: The robot file in the package; by default the only one.
         height_map_link: The link whose meshes are used for a height map. Default: no height map.
         frame: The link whose frame the height map uses; by default ``height_map_link``.
@@ -144,7 +144,6 @@ def extract_factory(
 
 
 def _find_robot_file(package: Path, requested: str | None) -> Path:
-    """Return the requested robot file of a package, or its only robot file. Raises RequestError or ExtractProblem."""
     if not files.is_folder(package):
         raise RequestError(f"{package} is not a folder; name the folder of a description package")
     endings = FORMATS.endings()

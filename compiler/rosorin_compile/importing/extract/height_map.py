@@ -52,7 +52,7 @@ class GridOptions:
     size: tuple[float, float] | None = None  # edge lengths of the grid along x and y, instead of ``cells``
     below: float | None = None  # ignore surfaces above this height
     digits: int = 4  # decimals of heights
-    step: float | None = None  # round box heights to multiples of this length; by default ``cell``
+    step: float | None = None  # round heights of boxes in artifacts to multiples of this; by default ``cell``
     bottom: bool = False  # also compute the height of the lowest point of the mesh
 
     def __post_init__(self) -> None:
@@ -229,7 +229,6 @@ def _row(values: Iterable[float]) -> str:
 
 
 def _length(value: float) -> str:
-    """Format a length (m) as millimetres if that is exact, such as ``10 mm``, else as metres."""
     millimetres = float(f"{value * 1000:.12g}")
     return f"{exact(millimetres)} mm" if millimetres / 1000 == value else exact(value)
 
@@ -248,7 +247,7 @@ class MapEntry:
     collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
-        """Return ``grid`` with unset options copied from this height map. Raises ExtractProblem if not numeric."""
+        """Return ``grid`` with unset options copied from this map. Raises ExtractProblem if the map has no numbers."""
         values: Map = self.collision["height_map"]
         try:
             x, y = map(float, values["origin"])
@@ -263,7 +262,7 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Find the height map of ``link`` in a description file; None means the only one. Raises SourceError."""
+    """Find the only height map in a description file, or of its link ``link``. Raises SourceError otherwise."""
     source = read_utf8(path, str(path))
     tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None

@@ -238,7 +238,6 @@ def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the points (n, 3) that are inside a shape or on its surface."""
     local, geometry = in_frame(points, shape.pose), shape.geometry
     if isinstance(geometry, Box):
         beyond = np.maximum(np.array(geometry.lower) - local, local - np.array(geometry.upper)).max(axis=1)

@@ -23,10 +23,10 @@ from ..description import Expression, escape, free_name, is_number
 Values = dict[Path, Any]
 
 MOUNT = "mount"  # inside a part, the name of the link to which the part is attached
-# Paths of values in a node that are names of joints, mimic constraints or actuators, not text.
+# Paths of values in a node that are names of joints, mimic constraints or actuators.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
 _MAX_NODES = 200  # maximum number of links in a part
-# Links and joints with these keys cannot be in a part, because of XML or names that must differ between instances.
+# Links and joints with these keys cannot be in a part: the values are XML, or names that must be unique.
 _UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
@@ -195,7 +195,7 @@ class Parameter:
 
 
 class Parameters:
-    """The parameters of a part. The arguments have an item for each instance: name, name prefix, is mirrored."""
+    """The parameters of a part; ``uses`` (names), ``prefixes`` and ``mirrored`` have a value for each instance."""
 
     def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
@@ -204,7 +204,7 @@ class Parameters:
 
     @property
     def arguments(self) -> list[Parameter]:
-        """The parameters that are arguments of the part, without derived parameters."""
+        """The parameters that instances set, without derived parameters."""
         return [one for one in self._index.values() if not one.is_derived]
 
     @property

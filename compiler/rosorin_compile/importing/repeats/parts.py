@@ -21,7 +21,7 @@ MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # minimum number of lines that a part saves in total
 _SAVED_BY_USE = 3  # minimum number of lines that a part saves per instance
 _MAX_SHARE = 0.8  # maximum number of lines with the part, as a fraction of the number of lines without
-_WORK = 60  # maximum comparisons per link of the robot, so that the search takes linear time
+_WORK = 60  # maximum number of comparisons per link of the robot, so that the search takes linear time
 _PARAMETER_COST = 4  # cost of a parameter or of the key "mirror"; an expression costs 1
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
@@ -39,7 +39,7 @@ _PART_OF = {word: whole for whole, words in _WHOLES.items() for word in words.sp
 
 
 class Split(NamedTuple):
-    """Names and prefixes of the instances of a part, and names inside the part (``rests``) of its links and joints."""
+    """Names and prefixes of the instances of a part, and the names of links and joints inside the part (``rests``)."""
 
     uses: list[str]
     prefixes: list[str]
@@ -202,10 +202,7 @@ class _Body:
         return is_short and len(part.entry.get("params", ())) < once
 
     def _move_comments(self) -> None:
-        """Move comments on the first instance into the part, and comments on other instances to the entry of ``use``.
-
-        Comments that are equal to a comment in the part are dropped.
-        """
+        """Move comments on repeated links and joints into the part, or to the entry of ``use`` for other instances."""
         depth, moved = len(self.path), list[Comment]()
         for comment in self.result.comments:
             home = self.homes.get(comment.path[depth : depth + 2]) if comment.path[:depth] == self.path else None
@@ -287,7 +284,7 @@ def _words(name: str) -> list[str]:
 
 
 def _part_name(uses: Sequence[str], rests: Sequence[str]) -> str:
-    """Return a name for a part, such as "wheel" for an instance "left" of "wheel_link" and "wheel_joint"."""
+    """Return a name for a part, such as "wheel" for links and joints "wheel_link" and "wheel_joint"."""
 
     def specific(name: str) -> list[str]:
         return [word for word in _words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]

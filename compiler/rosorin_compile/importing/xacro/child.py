@@ -126,7 +126,7 @@ class Expansion:
             folders = [*answer["packages"].values(), *(str(Path(os.path.abspath(name)).parent) for name in files)]
             answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
-        except Exception as problem:  # a xacro can run any code that raises any exception
+        except Exception as problem:  # a xacro can run any code, which can raise any exception
             answer |= _error(problem) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
             answer |= {"is_late": True, "at": _place_of_error(problem)}
@@ -229,7 +229,7 @@ class Expansion:
 
 
 def _keep_call(root: Any) -> None:
-    """Replace <rosorin-call> with its content; if included files create links themselves, remove their elements."""
+    """Replace <rosorin-call> with its content; remove links and joints that are created outside of the call."""
     (call,) = root.getElementsByTagName(CALL)
     outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
     if any(node.tagName == "link" for node in outside):
@@ -270,7 +270,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 
 def _error(problem: BaseException) -> dict[str, Any]:
-    """Convert the root cause of an exception to the error keys of the answer, because xacro wraps exceptions."""
+    """Convert the root cause of an exception to keys of the answer; xacro wraps exceptions."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": cause.args[0]}

@@ -201,7 +201,6 @@ class Entries:
         return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
-        """Return the (key, value, condition) tuples that a macro call adds to an entry; the condition is None."""
         entry, text = self.write_macro(call.macro), self.call_text(call)
         items: list[Item] = []
         for key in entry:
@@ -300,7 +299,7 @@ def conditional(value: Any, when: Condition) -> Any:
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
     """Merge (value, condition) pairs into one value, or return None if that is impossible.
 
-    At least one condition in ``sure`` is always true. Without a condition that is always true, the value is optional.
+    At least one condition in ``sure`` is true. If possibly none in ``found`` is true, the merged value is conditional.
     """
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]

@@ -37,7 +37,7 @@ _METHODS = "endswith get items join keys lower replace split startswith strip up
 
 
 class Evaluator:
-    """Evaluates expressions in the scope ``symbols``; with ``arguments``, names are xacro arguments, as in $(eval)."""
+    """Evaluates expressions in the scope ``symbols``; if ``arguments``, names can be arguments, as in $(eval)."""
 
     def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
         self.program, self.symbols, self.arguments = program, symbols, arguments
@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return the symbolic value ``node``, a translation of ``tree``; ``items`` has the values of subtrees."""
+        """Combine ``node``, the translation of ``tree``, with an example value; ``items`` are values of subtrees."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -104,7 +104,6 @@ class Evaluator:
         return ir.Symbol(found[0], made.value, made.type, made.known) if found else made
 
     def _boolop(self, tree: ast.BoolOp) -> ir.Symbol:
-        """Evaluate ``and`` or ``or``; constant operands either decide the result or are dropped."""
         wins = isinstance(tree.op, ast.Or)
         left: list[ir.Symbol] = []
         for item in tree.values:
@@ -155,7 +154,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return a comparison with a constant of the same type as the variable operand, or None if there is none."""
+        """Compare an operand with a constant, converted to the type of the operand; return None if impossible."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
@@ -262,7 +261,7 @@ def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
 
 
 def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
-    """Strip leading ``not`` operators from a condition; the flag is False if this inverts the condition."""
+    """Strip ``not`` operators from a condition; return (condition, False if stripping inverts the condition)."""
     is_same = True
     while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         node, is_same = node.operand, not is_same
@@ -413,7 +412,7 @@ class NamedFiles:
         return name
 
     def _candidates(self, name: ir.Symbol) -> list[str]:
-        """Find the files whose names match when arguments take any value; add these values to ``candidates``."""
+        """Find the files that a name with arguments can match; record the matching values as ``candidates``."""
         pattern, form, variables = "", "", []
         for piece in ir.pieces_of(name):
             variable = piece.variable if isinstance(piece, ir.Symbol) else None

@@ -34,7 +34,7 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, na
 from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
-MAX_SECONDS = 30  # of CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
+MAX_SECONDS = 30  # CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
 _PATIENCE, _START = 4, 60  # wall-clock limit: _PATIENCE * CPU limit + _START, in seconds
 _MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # environment variable; "1" means that all files are trusted
@@ -47,7 +47,7 @@ _CHILD = (
     "main()\n"
 )
 _SYMBOLIC = _CHILD.replace(".child", ".program")
-# Xacro elements without and with output; all other elements with the prefix are macro calls.
+# Names of xacro elements without output (_DEFINING) and with output (_MAKING); other names are macro calls.
 _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
@@ -188,7 +188,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         joints = [child for child in made.root.children if child.tag == "joint"]
         parents = [inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent"]
         mount = next((name for name in parents if call is not None and name not in links), "")
-        if mount:  # the parent link of the macro's links is in the including robot
+        if mount:  # the macro attaches its links to ``mount``, a link of the including robot
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
@@ -225,7 +225,7 @@ def _errors(
         message = "xacro, which expands .xacro files, is not installed"
         return [error("extra-missing", message, first, system.pip_install("import"))]
     missing = answer.get("package")
-    if "markup" not in answer and missing is None:  # else a file that declares it may be missing
+    if "markup" not in answer and missing is None:  # all files were read: report undeclared arguments
         known: set[str] = set()
         for file in files:
             with suppress(MarkupError):
@@ -244,7 +244,7 @@ def _errors(
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
     text = re.sub(r"^(.+) \1$", r"\1", text)  # some xacro messages repeat themselves
     span = stack[-1].span(0) if element is None else element.span
-    if element is not None:  # select the word in the message
+    if element is not None:  # narrow the span to the word in the message
         tag = element.document.source.text[element.start : element.opened]
         names = [*_EXPRESSION.findall(text), *re.findall(r"'([^']+)'", text), text.rpartition(" ")[2]]
         words = [form.format(name) for name in ([missing] if missing else names) for form in _FORMS]
@@ -305,7 +305,6 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 
 def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
-    """Convert the output that xacro printed during the expansion to notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
     return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]
@@ -314,10 +313,7 @@ def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
 def _expand(
     path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None, text: str | None = None
 ) -> dict[str, Any]:
-    """Expand a xacro file, or ``text``, in a child process, and return the JSON answer.
-
-    With ``plan`` (additional keys of the request), the child process translates the file to a description.
-    """
+    """Expand a xacro file or ``text`` in a child process, or translate it with ``plan``. Return the JSON answer."""
     setting = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
     seconds = (int(setting) if re.fullmatch("[0-9]{1,8}", setting) else 0) or MAX_SECONDS
     request = {

@@ -188,7 +188,7 @@ class Symbol:
     If ``known`` is True, the expression is constant. ``pieces`` are the parts of a concatenated string.
     """
 
-    tokens: list[Symbol] = []  # symbol of each ``TOKEN`` by number  # noqa: RUF012
+    tokens: list[Symbol] = []  # symbols by the number in their ``TOKEN``  # noqa: RUF012
 
     def __init__(self, node: ast.expr | None, value: Any, kind: str, known: bool, pieces: Pieces | None = None) -> None:
         self._node, self.value, self.type, self.known, self.pieces = node, value, kind, known, pieces or []
@@ -409,6 +409,8 @@ class Words:
 
 @dataclass(eq=False)
 class Comment:
+    """An XML comment."""
+
     text: str
 
 

@@ -54,7 +54,7 @@ class Calls:
         self.called: dict[str, bool] = {}  # macro key -> True if any call created an element
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
-        """Handle an XML element if it is a macro call; return True if so."""
+        """Handle an XML element if it is a macro call; return False for any other element."""
         program, xacro = self.program, self.program.xacro
         if not node.tagName.startswith("xacro:"):
             return False
@@ -182,7 +182,6 @@ class Calls:
         program.xacro.replace_node(node, by=made)
 
     def _build(self, macro: Macro, call: Invocation, path: str, values: dict[str, Symbol], blocks: Names) -> None:
-        """Evaluate the body of a macro with symbolic values for parameters and for <origin> blocks."""
         program = self.program
         table = program.xacro.Table(call.symbols)
         table.rosorin_macro = macro

@@ -45,7 +45,7 @@ _EVALUATED = re.compile(r"\$+(?=[{(])")  # another dollar sign before ${ or $( e
 
 
 class Call(NamedTuple):
-    """A macro call as xacro text ("" if there are ``problems``); ``passed`` are the include keys that it uses."""
+    """A macro call as xacro text ("" if there are ``problems``); ``passed`` are the include keys that the call uses."""
 
     text: str = ""
     passed: frozenset[str] = frozenset()
@@ -207,7 +207,7 @@ def _literal(value: Any) -> str:
 
 
 def _block(parameter: str, value: Any) -> str:
-    """Format the XML of a block argument such as ``*origin``. Raises ValueError."""
+    """Format a block argument such as ``*origin`` as XML. Raises ValueError if the value is not plain XML."""
     key = parameter.lstrip("*")
     if not isinstance(value, str):
         raise ValueError(f"must be the text of an XML element, not {kind_of(value)}")

@@ -67,7 +67,7 @@ class Program(Expansion):
         self.variables: list[ir.Variable] = []
         self.arguments: dict[str, ir.Variable] = {}
         self.constants: dict[str, Any] = {}  # replaced argument -> value
-        self.refused: dict[ir.Variable, str] = {}  # variable -> error of xacro for another value
+        self.refused: dict[ir.Variable, str] = {}  # variable -> xacro error for another value of the variable
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
@@ -77,7 +77,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Exclude macros, or else arguments, in expressions from the next run; return False if there are none."""
+        """Exclude the macros (or arguments) in expressions from the next run; return False if there are none."""
         variables: dict[ir.Variable, None] = {}
         waiting = list(ir.variables_in(nodes))
         while waiting:
@@ -224,7 +224,7 @@ class Program(Expansion):
             return value
         first = next(iter(ir.pieces_of(symbol)), None)
         is_variable = symbol.variable is not None and symbol.variable.kind != "let"
-        is_inner = macro is not None and macro.level != "robot"  # a ``let`` function has no variables
+        is_inner = macro is not None and macro.level != "robot"  # a ``let`` function cannot define variables
         if is_variable or is_inner or (isinstance(first, ir.Symbol) and first.package):
             return symbol
         if isinstance(value, float) and value == math.pi:
@@ -315,7 +315,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, default, node)
             elif ir.example_of(default) == self.fixed[name][0] and ir.is_known(default):
-                self.constants.setdefault(name, default)  # may contain ``find()``
+                self.constants.setdefault(name, default)  # the default may contain ``find()``
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
             self.insert(node, macros, symbols)

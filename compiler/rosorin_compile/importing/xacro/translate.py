@@ -36,7 +36,7 @@ from .write_yaml import decode
 MAX_ATTEMPTS = 25
 MAX_SECONDS = 45.0  # CPU time, including child processes
 MAX_COMBINATIONS = 16
-# The first and last sections of a file.
+# The sections at the beginning and at the end of a file, in this order.
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 _TAIL = ("urdf_elements", "accept", "outputs")
 
@@ -107,7 +107,7 @@ class _Search:
         if "urdf" in self.outputs:  # the xacro has Gazebo and ros2_control elements, so do not generate them
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.robots: dict[Combination, ImportedRobot] = {(): imported}  # robots from xacro
+        self.robots: dict[Combination, ImportedRobot] = {(): imported}  # arguments -> robot that xacro generates
         self.inlined: dict[str, str] = {}  # why a macro is expanded, by its source position
         self.fixed: dict[str, list[str]] = {}  # [value, reason] of each replaced argument by name
         self.began = sum(os.times()[:4])  # CPU time in seconds, including child processes
@@ -154,8 +154,7 @@ class _Search:
     def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
         """Expand the xacro for new combinations of arguments; return the combinations for which xacro fails.
 
-        ``variables`` are arguments that are environment variables in the xacro. At least two combinations are expanded,
-        even after the time limit.
+        ``variables`` are arguments that are environment variables in the xacro. Stops at the time limit.
         """
         for number, row in enumerate(rows):
             if row not in self.robots and (number < 2 or not self.is_late()):
@@ -177,7 +176,7 @@ class _Search:
         """Compare a translation with the output of xacro; return the combinations that are equal, or a difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            stage = Path(name, Description.FOLDER, "robot")  # room for sibling descriptions (../NAME)
+            stage = Path(name, Description.FOLDER, "robot")  # subfolder, so that ../NAME is inside
             for file, text in files.items():
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")
@@ -225,7 +224,7 @@ class _Search:
             return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
-        if not answer["copied"]:  # copied YAML files are only next to this description
+        if not answer["copied"]:  # a shared file could not load copied YAML files
             made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}

@@ -1,7 +1,4 @@
-"""Convert symbols and strings of a xacro to values of a description: numbers, lists, strings and file names.
-
-Pieces are strings and symbols that are concatenated.
-"""
+"""Convert pieces (strings and symbols to concatenate) of a xacro to values of a description, such as numbers."""
 
 from __future__ import annotations
 
@@ -47,7 +44,7 @@ class Values:
         return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: ir.Pieces, unit: str = "") -> Any:
-        """Convert pieces to a number with the unit ``unit``. Raises Untranslatable if that is impossible."""
+        """Convert pieces (strings and symbols) to a number in ``unit``. Raises Untranslatable if impossible."""
         symbol = ir.symbol_of(ir.join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
@@ -61,7 +58,7 @@ class Values:
         return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
     def file(self, pieces: ir.Pieces) -> Any:
-        """Convert pieces to the file name of a mesh or texture."""
+        """Convert pieces (strings and symbols) to the file name of a mesh or texture."""
         return self.text(self._file_name(pieces))
 
     def _file_name(self, pieces: ir.Pieces) -> ir.Pieces:
@@ -79,7 +76,7 @@ class Values:
         return [first, *pieces[1:]]
 
     def text(self, pieces: ir.Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
-        """Convert pieces to a string, or to an Expression if they are not constant; ``escape`` changes constants."""
+        """Convert pieces (strings and symbols) to a string, or to an Expression if any piece is not constant."""
         made, is_plain = "", True
         for piece in pieces:
             if isinstance(piece, str):
@@ -135,7 +132,7 @@ class Values:
         return self._plain(made, unit) if isinstance(made, ast.List) else self.expression(made)
 
     def _plain(self, node: ast.expr, unit: str = "") -> Any:
-        """Convert an expression to a literal value if it is constant, else to an Expression; ``unit`` is the unit."""
+        """Convert an expression to a literal value in ``unit`` if it is constant, else to an Expression."""
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if isinstance(node, ast.Dict):
@@ -158,7 +155,7 @@ class Values:
 
 
 def number(text: str, unit: str) -> Verbatim:
-    """Format a number from a xacro; an angle is in degrees if that is exact. Raises Untranslatable for other text."""
+    """Format a number with a unit, angles in degrees if that is exact. Raises Untranslatable for other text."""
     text, value = text.strip(), ir.number_in(text)
     if value == 0:
         return Verbatim("0")

@@ -29,7 +29,7 @@ _MARKS: dict[type, str] = {Expression: "$", Verbatim: "#"}
 
 
 class Writer:
-    """Writes YAML for a xacro: ``documents`` has the sections by file, ``remarks`` comments with file and path."""
+    """Converts a xacro to YAML: ``documents`` has sections by file, ``remarks`` has comments by file and path."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -135,10 +135,7 @@ class Writer:
 
     @contextmanager
     def _within(self, macro: ir.Macro | None, node: ir.Element | ir.Call | None = None) -> Iterator[None]:
-        """Set the current macro while ``node`` is written. If that fails, exclude the macro and start again.
-
-        In the robot (``macro`` is None), a called macro or the variables in ``node`` are excluded.
-        """
+        """Set the current macro while writing ``node``; on failure, exclude the macro and restart the translation."""
         before, self._macro = self._macro, macro
         try:
             yield
@@ -214,7 +211,7 @@ class Writer:
         section[key] = chosen
 
     def write_macro(self, macro: ir.Macro) -> dict[str, Any]:
-        """Write a macro unless it is already written; return the keys of its ``let`` function, {} for a part."""
+        """Write a macro once; return the entry that its ``let`` function creates, or {} for a part."""
         if macro in self._written:
             return self._written[macro]
         self._written[macro] = {}
@@ -294,7 +291,6 @@ class Writer:
         return made
 
     def _write_arguments(self) -> None:
-        """Write the used arguments to the section ``args``; computed defaults are written last, to robot.yaml."""
         used = [one for one in self.program.arguments.values() if one.used]
         values = {one: self.values.value(ir.symbol_of(one.symbol), one) for one in used}
         for file in self.documents.values():
@@ -314,10 +310,7 @@ class Writer:
         return allowed if len(allowed) > 1 else []
 
     def _argument(self, variable: ir.Variable) -> dict[str, Any]:
-        """Describe an argument, with values for comparing the translation with xacro.
-
-        ``choices`` are the default and values in conditions; the value in ``invented`` is not the default.
-        """
+        """Describe an argument, with the default, other ``choices`` and ``invented`` values to test the translation."""
         default, value = str(variable.value), ir.literal(str(variable.value))
         choices, invented = sorted(str(one) for one in variable.candidates), []
         words = [ir.literal(one) for one in default.split()]

@@ -80,8 +80,8 @@ def extract_boxes(
 ) -> ExtractedBoxes:
     """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
 
-    In the result, ``parts`` has the shapes of every kind and their fit by mesh or link (m, m^3, rad). ``text`` is the
-    the section ``links`` of a description with shapes of the kind ``shape``, and ``report`` is a table.
+    In the result, ``parts`` has the shapes of each mesh or link, and how well they fit (m, m^3, rad). ``text`` is the
+    section ``links`` of a description with shapes of the kind ``shape``, and ``report`` is a table.
 
     Args:
         sources: Mesh files, or one robot: a description, URDF, xacro, SDF or MJCF.

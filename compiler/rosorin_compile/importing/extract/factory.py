@@ -69,7 +69,8 @@ def extract_factory(
     Options that are not listed here are the same as in ``extract_height_map``.
 
     Args:
-        package, output: The folder of the package, and the folder of the YAML files.
+        package: The folder of the package.
+        output: The folder of the YAML files.
         robot: The robot file in the package; by default the only one.
         height_map_link: The link whose meshes are used for a height map. Default: no height map.
         frame: The link whose frame the height map uses; by default ``height_map_link``.

@@ -247,7 +247,7 @@ class MapEntry:
     collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
-        """Return ``grid`` with unset options copied from this map. Raises ExtractProblem if the map has no numbers."""
+        """Copy the unset options of ``grid`` from this map. Raises ExtractProblem if a value is not a number."""
         values: Map = self.collision["height_map"]
         try:
             x, y = map(float, values["origin"])

@@ -49,7 +49,7 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
     triangles = np.round(triangles, 10)  # avoid divisions by differences below 0.1 nm
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
-    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # turn z to x, y, z
+    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # rotate z to the x, y and z axis
     if oriented.pose.rpy != (0, 0, 0):
         angles += [_angles_along((x, y, z)) for x, y, z in zip(*oriented.pose.transform().rows, strict=True)]
     cylinders, capsules = zip(*(_round_shapes(hull, rpy, digits) for rpy in angles), strict=True)

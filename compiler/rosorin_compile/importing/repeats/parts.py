@@ -20,7 +20,7 @@ from .nodes import MOUNT, REFERENCES, Node, Parameters, deep_copy, equal_shapes,
 MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # minimum number of lines that a part saves in total
 _SAVED_BY_USE = 3  # minimum number of lines that a part saves per instance
-_MAX_SHARE = 0.8  # maximum number of lines with the part, as a fraction of the number of lines without
+_MAX_SHARE = 0.8  # maximum number of lines with the part, relative to the number of lines without the part
 _WORK = 60  # maximum number of comparisons per link of the robot, so that the search takes linear time
 _PARAMETER_COST = 4  # cost of a parameter or of the key "mirror"; an expression costs 1
 

@@ -299,7 +299,7 @@ def conditional(value: Any, when: Condition) -> Any:
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
     """Merge (value, condition) pairs into one value, or return None if that is impossible.
 
-    At least one condition in ``sure`` is true. If possibly none in ``found`` is true, the merged value is conditional.
+    ``sure`` are conditions of which one always holds. Cases that no pair covers get a default or the key ``if``.
     """
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]

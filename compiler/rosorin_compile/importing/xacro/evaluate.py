@@ -269,7 +269,7 @@ def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
 
 
 class Conditions:
-    """Evaluates conditions; ``assumed`` has the values of the conditions that contain the current element."""
+    """Evaluates <xacro:if> and <xacro:unless>; ``assumed`` has the values of the enclosing conditions."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -371,7 +371,7 @@ class NamedFiles:
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
-        """Translate ``load_yaml`` to a call of the function ``load``; the example value is the parsed YAML file."""
+        """Translate ``load_yaml`` to a call of ``load``, with the content of the YAML file as the example value."""
         if name.value is ir.UNKNOWN:
             raise ir.Untranslatable("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))

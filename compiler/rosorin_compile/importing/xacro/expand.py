@@ -67,7 +67,7 @@ class _Origins:
 
     def __init__(self, answer: Mapping[str, Any], document: Document, path: Path) -> None:
         self.calls: Sequence[Place] = answer.get("calls", ())
-        self.elements: dict[int, dict[int, Element]] = {}  # by file index and offset
+        self.elements: dict[int, dict[int, Element]] = {}  # file -> offset -> element
         for number, name in enumerate(answer.get("read", ())):
             with suppress(MarkupError):  # skip a file that was changed or removed after the expansion
                 is_entry = os.path.abspath(name) == os.path.abspath(path)

@@ -315,7 +315,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, default, node)
             elif ir.example_of(default) == self.fixed[name][0] and ir.is_known(default):
-                self.constants.setdefault(name, default)  # the default may contain ``find()``
+                self.constants.setdefault(name, default)  # the expression of the default, such as ``find()``
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
             self.insert(node, macros, symbols)

@@ -154,7 +154,7 @@ class _Search:
     def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
         """Expand the xacro for new combinations of arguments; return the combinations for which xacro fails.
 
-        ``variables`` are arguments that are environment variables in the xacro. Stops at the time limit.
+        ``variables`` are arguments that are environment variables in the xacro. At the time limit, the method stops.
         """
         for number, row in enumerate(rows):
             if row not in self.robots and (number < 2 or not self.is_late()):

@@ -49,7 +49,7 @@ class Values:
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: ir.Pieces, count: int, unit: str = "") -> Any:
-        """Convert pieces to ``count`` numbers with the unit ``unit``. Raises Untranslatable if that is impossible."""
+        """Convert pieces (strings, symbols) to ``count`` numbers in ``unit``. Raises Untranslatable if impossible."""
         words = ir.words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]

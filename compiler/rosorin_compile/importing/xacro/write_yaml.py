@@ -46,7 +46,7 @@ class Writer:
         self._alternatives: dict[tuple[int, str], list[Any]] = {}
 
     def answer(self, document: Any) -> dict[str, Any]:
-        """Return the JSON answer: the documents, the arguments, and the macros that were translated or not."""
+        """Return the JSON answer: the documents, the arguments, the translated macros and the expanded macros."""
         program, root = self.program, document.documentElement
         body = ir.nodes_of(root)
         self._name_macros()

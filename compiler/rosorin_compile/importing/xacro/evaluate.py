@@ -154,7 +154,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Compare an operand with a constant, converted to the type of the operand; return None if impossible."""
+        """Return == or != with the constant converted to the type of the variable operand, or None if impossible."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None

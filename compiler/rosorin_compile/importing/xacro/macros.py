@@ -35,7 +35,7 @@ _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to"
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 _ZERO = "0 0 0"
-# Matches a parameter in the syntax of ``xacro.parse_macro_arg``; "^" as the default reads a property of the caller.
+# Matches a parameter in the syntax of ``xacro.parse_macro_arg``; the default "^" is a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )

@@ -1,7 +1,7 @@
 """Format an imported robot as YAML description files that are easy to read and edit.
 
-The schema key ``x-first`` lists the keys of an entry that are written first; other keys keep the order of the source.
-If a description is split, the schema key ``x-file`` names the file of each section. Small values are written in flow
+The schema key ``x-first`` lists the keys that come first in an entry; the remaining keys keep the order of the source.
+If a description is split, the schema key ``x-file`` is the file name of a section. Small values are written in flow
 style on one line, larger values in block style. Numbers have the fewest digits that are parsed to the same double.
 """
 
@@ -24,20 +24,20 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
-# The files that robot.yaml includes if a description is split, in this order; other files come last.
+# The files that robot.yaml includes if a description is split, in this order; files not listed come last.
 _FILES = ("parts", "links", "joints", "simulation", "sensors", "control", "extensions", "moveit")
-_BEHIND = {"let": "parts", "joints": "use"}  # write "parts" after "let", and "use" after "joints"
-_LAST = 1_000  # sort position of keys that are not in the schema, so that they are last
+_BEHIND = {"let": "parts", "joints": "use"}  # section -> section that is written directly after it
+_LAST = 1_000  # sort position of keys that are not in the schema: after all keys of the schema
 MAX_LINES = 150  # longer descriptions are split into several files
 
 V = TypeVar("V")
 
 
 def write(imported: ImportedRobot, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
-    """Return the YAML text of each file of a description by file name, ``robot.yaml`` first.
+    """Format a description as one or more YAML files; return the text of each file by name, ``robot.yaml`` first.
 
-    ``wanted`` is the section ``outputs``, ``schema`` the relative path of the JSON schema for editors. The description
-    is split into several files if ``split`` is True, or if it is None and the description is long.
+    ``wanted`` is the section ``outputs`` of the description, and ``schema`` the relative path of the JSON schema for
+    editors. By default (``split`` is None), only descriptions longer than ``MAX_LINES`` are split into several files.
     """
     tree, root = imported.whole, Description.ROOT_FILE
     body = {key: document_value(tree, value, (key,), imported.packages) for key, value in tree.items() if value}
@@ -67,14 +67,17 @@ def write(imported: ImportedRobot, wanted: Outputs, schema: str = "", split: boo
 
 
 def lines_of(tree: Mapping[str, Any]) -> int:
-    """Count the lines of the YAML text for ``tree``, a mapping with sections of a description."""
+    """Return the number of lines of the YAML text for ``tree``, which has sections of a description."""
     return layout({key: document_value(tree, value, (key,)) for key, value in tree.items()}).count("\n")
 
 
 def document_value(
     tree: Mapping[str, Any], value: Any, path: Path, packages: Mapping[str, FilePath] = MappingProxyType({})
 ) -> Any:
-    """Prepare the value at ``path`` of a description for writing as YAML: drop defaults, sort keys, format numbers."""
+    """Prepare a value of the description ``tree`` for writing as YAML: drop defaults, sort keys, format numbers.
+
+    ``path`` is the path of the value. Absolute paths into the folders in ``packages`` become ``find`` expressions.
+    """
     if isinstance(value, (list, tuple)):
         return [document_value(tree, item, (*path, index), packages) for index, item in enumerate(value)]
     if isinstance(value, str):
@@ -91,7 +94,7 @@ def document_value(
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
-    """Replace absolute paths of ROS packages in a string with ``${find('PACKAGE', ...)}`` expressions."""
+    """Replace absolute paths into ROS packages with paths that begin with ``${find('PACKAGE', ...)}``."""
     if not any(f"{folder}{os.sep}" in text for folder in packages.values()):
         return text if isinstance(text, Expression) else str(text)
     made = text if isinstance(text, Expression) else escape(text)
@@ -101,7 +104,7 @@ def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
 
 
 def plain_value(value: Any) -> Any:
-    """Prepare a nested value for writing as YAML: format the numbers, keep all keys and their order."""
+    """Format the numbers in a nested value for writing as YAML; all keys and their order stay unchanged."""
     if isinstance(value, Mapping):
         return {key: plain_value(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -115,7 +118,7 @@ def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Sort the keys of a link, joint or nested element by the order of the schema that has most of these keys."""
+    """Sort the keys of a link, joint or nested element as in the schema; the keys determine the kind of the element."""
     return _sorted(entry, max(_orders(), key=lambda order: len(entry.keys() & set(order))))
 
 
@@ -136,7 +139,6 @@ def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
 
 @cache
 def _orders() -> list[Sequence[str]]:
-    """Return the different key orders of links, joints and the elements in them."""
     fragments = (*_fragments(("links", "*")), *_fragments(("joints", "*")))
     return list(dict.fromkeys(map(_order, fragments)))
 
@@ -150,11 +152,11 @@ def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
 
 
 WIDTH = 120
-_WORDS = ("for", "if")  # a link with such a name is quoted, because these keys mark loops and conditions
-_SPACED = 2  # down to this depth (sections and their entries), empty lines separate multi-line entries
+_WORDS = ("for", "if")  # links with these names are quoted, because unquoted keys mark loops and conditions
+_SPACED = 2  # maximum depth (sections, entries) at which empty lines separate multi-line entries
 _SHORT_DEPTH = 2  # maximum nesting of mappings that are written on one line
 
-# Comment lines by the path of the entry that they precede; the empty path is the top of the file.
+# Path of an entry -> comment lines above the entry; the empty path is the top of the file.
 Remarks = dict[Path, Sequence[str]]
 
 
@@ -181,7 +183,7 @@ def escape(text: str) -> str:
 
 
 def layout(document: Mapping[str, Any], remarks: Mapping[Path, Sequence[str]] = MappingProxyType({})) -> str:
-    """Format nested values as YAML that ends with a newline; ``remarks`` are the comment lines by path.
+    """Format a document as YAML text; ``remarks`` maps the path of an entry to the comment lines above the entry.
 
     A document contains mappings, lists, strings, ``Verbatim``, ``Expression``, booleans and None; numbers are
     ``Verbatim``.
@@ -239,7 +241,7 @@ def within_part(path: Path) -> Path:
 
 
 class _Layout:
-    """Formats a document as YAML lines, with each comment above the entry that it describes."""
+    """Formats a document as YAML lines; a comment is written above the entry with its path."""
 
     def __init__(self, remarks: Mapping[Path, Sequence[str]]) -> None:
         self.remarks = remarks
@@ -249,7 +251,6 @@ class _Layout:
         return [f"{pad}# {line}".rstrip() for line in self.remarks.get(path, ())]
 
     def block(self, value: Mapping[str, Any] | list[Any], indent: int, path: Path) -> list[str]:
-        """Format the entries of a mapping or list below each other."""
         lines: list[str] = []
         previous, pad, is_list = 0, " " * indent, isinstance(value, list)
         items: Iterable[tuple[Any, Any]] = enumerate(value) if isinstance(value, list) else value.items()
@@ -283,7 +284,6 @@ class _Layout:
         return [head, *self.block(item, indent + 2, path)]
 
     def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
-        """Return True if the value at ``path`` is simple enough to be written on one line."""
         path = within_part(path)
         if isinstance(item, list):
             return _depth(item) == 0
@@ -304,7 +304,6 @@ def _text(head: str, value: Any, indent: int) -> list[str]:
 
 
 def _depth(value: Any) -> int:
-    """Count the levels of nested mappings in a value."""
     if isinstance(value, Mapping):
         return 1 + max(map(_depth, value.values()), default=0)
     return max(map(_depth, value), default=0) if isinstance(value, list) else 0
@@ -313,14 +312,14 @@ def _depth(value: Any) -> int:
 ROTATING = ("revolute", "continuous")
 _DECIMALS = (0, 1, 2)  # decimals to try for angles in degrees
 _MAX_DEGREES = 1e6
-# The schema has (unit for rotating joints, unit for sliding joints); rotating joints are written in the unit here.
+# Schema units (rotating joint, sliding joint) -> unit in which values of rotating joints are written.
 _OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
 _VERBATIM = "mjcf"  # values below this key are MuJoCo attributes, which have no units
 _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
 
 
 def number(value: float, angle: str = "") -> Verbatim:
-    """Format a number; with ``angle`` ("deg" or "deg/s"), write radians in degrees if that is exact.
+    """Format a number; with ``angle`` ("deg" or "deg/s"), convert radians to degrees if the result is exact.
 
     >>> number(-1.5707963267948966, "deg"), number(1.5708, "deg"), number(-0.0)
     ('-90 deg', '1.5708', '0')
@@ -335,7 +334,7 @@ def number(value: float, angle: str = "") -> Verbatim:
 
 
 def in_degrees(value: float, unit: str) -> str:
-    """Format an angle (rad) in degrees with at most two decimals, or return "" if the text is not exact."""
+    """Format an angle (rad) in degrees with at most two decimals, or return "" if that is not exact."""
     degrees = math.degrees(value)
     for decimals in _DECIMALS if abs(degrees) < _MAX_DEGREES else ():
         text = f"{exact(round(degrees, decimals))} {unit}"
@@ -360,10 +359,10 @@ def angle_of(tree: Mapping[str, Any], path: Path) -> str:
 
 
 def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], root: bool) -> dict[Path, list[str]]:
-    """Return the comment lines of a description file by the path of the entry that they precede.
+    """Return the comment lines of a description file by path; each comment is written above the entry at its path.
 
-    Only comments on sections in ``document`` are returned. Comments without a section, or on the name of the robot, are
-    at the top of the ``root`` file (``robot.yaml``).
+    Comments on sections that are not in ``document`` are dropped. If ``root`` is True (the file is ``robot.yaml``),
+    comments without a section and comments on the robot name are placed at the top of the file.
     """
     found: dict[Path, list[str]] = {}
     for comment in comments:
@@ -378,7 +377,7 @@ def place_comments(comments: Iterable[Comment], document: Mapping[str, Any], roo
         if not (path if of_section else root):  # skip a comment on a section of another file
             continue
         lines, above = clean_comment(comment.text), found.setdefault(path, [])
-        if len(lines) == 1 or above[-len(lines) :] != lines:  # skip comments of a file included twice
+        if len(lines) == 1 or above[-len(lines) :] != lines:  # skip the comments of a file that is included again
             above += lines
     return found
 
@@ -390,7 +389,7 @@ def clean_comment(text: str) -> list[str]:
     (['the arm'], ['# the arm'])
     """
     first, *others = (line.expandtabs(4).rstrip() for line in re.split("\r\n|[\n\r\x85\u2028\u2029]", text))
-    # Dedent only the other lines, because the first line follows ``<!--``.
+    # Do not dedent the first line, which follows ``<!--``.
     found = [printable(line) for line in [first.strip(), *textwrap.dedent("\n".join(others)).split("\n")]]
     while found and not found[0]:
         found.pop(0)

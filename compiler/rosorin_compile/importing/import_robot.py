@@ -36,7 +36,7 @@ from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
 _TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)  # matches the first tag of an XML string
-_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # build file by build type
+_REGISTRY = {"ament_cmake": "CMakeLists.txt", "ament_python": "setup.py"}  # build type -> build file
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
@@ -47,7 +47,7 @@ _Written = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 
 @dataclass(frozen=True)
 class ImportResult:
-    """The result of ``import_robot``: the written description, a report and diagnostics."""
+    """The result of ``import_robot``: the written files, a report and diagnostics."""
 
     source: Annotated[str, "the file that was imported"]
     robot: Annotated[str, "its name"] = ""
@@ -61,7 +61,7 @@ class ImportResult:
 
 
 class _Package(NamedTuple):
-    """The ROS package that gets the description; ``source`` is the path of the robot file relative to ``folder``."""
+    """The ROS package to which the description is written; ``source`` is the robot file, relative to ``folder``."""
 
     folder: Path
     name: str
@@ -70,7 +70,7 @@ class _Package(NamedTuple):
 
 
 def companions() -> list[Format]:
-    """Return the formats that extend a robot of another format, such as SRDF, which extends a URDF."""
+    """Return the formats that extend a robot in another format; for example, SRDF extends a URDF."""
     return [format for format in FORMATS.values() if format.join is not None]
 
 
@@ -111,13 +111,13 @@ def import_robot(
         companions: Files that extend the robot, by format: ``{"srdf": "robot.srdf"}``.
         strict: Treat unsupported elements as errors.
         lenient: Accept violations of the specification where possible.
-        parts: Factor repeated structures into parts.
+        parts: Write repeated structures once, as parts.
         verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
         flat: Import the URDF that a xacro generates, without its macros.
         drives: The servos to add to the MJCF if the robot has no actuators: ``"position"`` (default; joints without
             limits get velocity servos), ``"velocity"`` or ``"none"``.
         force: Write to a folder that is not empty.
-        keep_edits: If both the source and the description changed the same lines, keep those of the description.
+        keep_edits: If the same lines changed in the source and in the description, keep the lines of the description.
     """
     reading, wrong = read_options(arguments, packages, trust, warn, lenient)
     if wrong:
@@ -172,7 +172,7 @@ def import_robot(
         target = Target(folder, schema_path(folder), name, prefix, package is not None)
         translation = translate(source, reading, read, trip.outputs, target)
         translated += translation.report
-        if translation.files:  # Gazebo and ros2_control elements of a translated xacro stay XML
+        if translation.files:  # a translated xacro keeps Gazebo and ros2_control elements as XML
             imported, files, lines = read, translation.files, []
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
@@ -189,7 +189,7 @@ def import_robot(
     paths, to_do, steps = written
     names = tuple(name for name in paths if not is_record(name))
     if record is not None:
-        with suppress(OSError):  # files that cannot be removed are harmless, because no file includes them
+        with suppress(OSError):  # a remaining file is harmless, because no file includes it
             remove(folder, merged)
         changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
         first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
@@ -207,7 +207,7 @@ def _check_options(
     name: str | None,
     meshes: str | None,
 ) -> _Package | None:
-    """Validate files and options; return the ROS package at ``into``, or None if unset. Raises RequestError."""
+    """Validate files and options; return the ROS package at ``into``, or None if not set. Raises RequestError."""
     for path in (source, *companions.values()):
         try:
             if path is not Description.ON_STDIN and (is_folder(path) or not exists(path)):
@@ -232,7 +232,6 @@ def _check_options(
 def _read(
     source: Path, reading: ReadOptions, companions: Mapping[str, Path], strict: bool
 ) -> tuple[ImportedRobot, list[Diagnostic]]:
-    """Read the robot file and its companion files, such as an SRDF. Raises RequestError."""
     imported = read_robot(source, reading)
     if reading.arguments and not imported.takes_arguments and imported.tree is not None:
         raise RequestError(f"{source} takes no arguments: only a xacro does")
@@ -245,7 +244,7 @@ def _read(
 
 
 def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
-    """Add the servos of ``--drives`` to a robot without actuators. Raises RequestError for an MJCF."""
+    """Add the servos of the option ``--drives`` to a robot without actuators. Raises RequestError for an MJCF."""
     outputs, joints = tree.get("outputs") or Map(tree.span), list((tree.get("joints") or {}).values())
     if _MJCF in outputs:
         if drives not in (None, "none"):
@@ -261,7 +260,7 @@ def _with_drives(tree: Map, drives: str | None, source: Path) -> Map:
 def _write(
     folder: Path, merged: MergeResult, package: _Package | None, arguments: Mapping[str, str], is_new: bool
 ) -> tuple[_Written | None, list[Diagnostic]]:
-    """Write the files of a description, and back up each edited file that is replaced; return None after an error."""
+    """Write the files of a description after backing up edited files; return (None, errors) on failure."""
 
     def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
         return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
@@ -290,7 +289,6 @@ def _check_folder(folder: Path, help: str) -> None:
 
 
 def _report(folder: Path, imported: ImportedRobot, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:
-    """Return the import report: size, comparison with the source, and elements that were copied or left out."""
     tree = imported.whole
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
     report = [
@@ -313,7 +311,6 @@ def _report(folder: Path, imported: ImportedRobot, trip: RoundTrip, files: Mappi
 
 
 def _report_parts(trip: RoundTrip) -> list[str]:
-    """Return the report lines about parts with their number of instances, and about a changed order of joints."""
     tree = trip.shown.whole
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
@@ -333,7 +330,7 @@ def _texts(node: Any) -> Iterator[str]:
 
 
 def _package_at(folder: Path, source: Path) -> _Package:
-    """Return the ROS package ``folder``. Raises RequestError if it is no package, or does not contain ``source``."""
+    """Return the ROS package at ``folder``. Raises RequestError if it is not a package or lacks ``source``."""
     if not is_folder(folder):
         raise RequestError(f"{folder} is not a folder; --into names the folder of a ROS package")
     found = package_of(folder)
@@ -357,8 +354,7 @@ def _write_into(
 ) -> _Written:
     """Write a description and its test into a ROS package in one transaction. Raises OutputError.
 
-    ``name`` is the name of the folder of the description. Other files, and a test that the user edited, stay unchanged.
-    Lines to add to other files are only returned for a new description (``is_new``).
+    The result has lines that the user must add to existing files of the package if the description ``is_new``.
     """
     from rosorin_compile.formats.templating import Templates
 
@@ -386,7 +382,6 @@ def _write_into(
 
 
 def _lines_to_add(package: _Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines that the user must add to the ROS package to install the description and run its test."""
     depends = "ament_cmake_pytest"
     install = [
         "install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})",

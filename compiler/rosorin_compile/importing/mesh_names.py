@@ -1,8 +1,8 @@
-"""Rename the meshes of an imported robot so that its description finds the same files as the source.
+"""Rename the meshes of an imported robot so that its description refers to the same files as the source.
 
 In the section ``source`` of a description, ``folder`` is the base of relative mesh file names, and ``packages`` has the
-folders of ROS packages that cannot be found from the description. If a relative name leads out of the folder of the
-source, all names become relative to a common parent folder, so that artifacts can be moved together with the meshes.
+folders of ROS packages that cannot be found from the description. If a relative name leads out of the source folder,
+all names become relative to a common parent folder, so that artifacts can be moved together with the meshes.
 """
 
 import os
@@ -25,11 +25,11 @@ _RULE = "import-mesh-path"
 def rename_files(
     tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
 ) -> tuple[Map, list[Diagnostic], str | None]:
-    """Rename meshes and textures so that the description finds the same files as the source.
+    """Rename meshes and textures so that the description refers to the same files as the source.
 
-    Returns (description, diagnostics, prefix added to relative names or None). ``folder`` is the folder of the
-    description, ``meshes`` the prefix from ``--meshes``. With ``keeps``, names stay unchanged because macros generate
-    them; if files are outside the source folder, the prefix is the path from artifacts to source.
+    Returns (description, diagnostics, prefix that was added to relative names or None). ``folder`` is the folder of the
+    description, ``meshes`` the prefix from ``--meshes``. With ``keeps``, names do not change, because macros generate
+    them; if a file is outside the source folder, the prefix is the path from the artifacts to the source.
     """
     place = tree.value_spans.get("robot", tree.span)
     searched = Places(source, source.parent, packages, os.environ).search(tree, relative=meshes is None)
@@ -49,7 +49,7 @@ def rename_files(
                 known[package] = _seen(Path(*base.parts[:depth]), here)
         return _with_places(move_files(tree, meshes), "", known), messages, meshes
     top, names = base, {name: name for name in relative}
-    if not keeps and (files or has_files):  # keep the names if no file exists
+    if not keeps and (files or has_files):  # do not rename files if none exists
         top, names = _names(base, relative, files)
     known = _packages({names.get(name, name): file for name, file in files.items()}, here)
     bare = [name for name in files if name not in names and not _is_of_package(name)]
@@ -73,10 +73,7 @@ def _is_of_package(name: str) -> bool:
 
 
 def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
-    """Return (common parent folder of all mesh files, new file names relative to that folder by old name).
-
-    ``base`` is the folder of the source. An absolute path into another ROS package becomes a ``package://`` URI.
-    """
+    """Return (common parent folder of all mesh files, {old file name: new file name relative to that folder})."""
     own = package_of(base)
     places = {name: Path(os.path.normpath(base / name)) for name in relative}
     names: dict[str, str] = {}
@@ -105,7 +102,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
 
 
 def seen_from(imported: ImportedRobot, folder: Path) -> ImportedRobot:
-    """Make the paths in the section ``source`` of a robot, which are relative to ``folder``, absolute."""
+    """Make the paths in the section ``source`` of a robot absolute; relative paths start at ``folder``."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported
@@ -116,7 +113,6 @@ def seen_from(imported: ImportedRobot, folder: Path) -> ImportedRobot:
 
 
 def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
-    """Store the mesh folder and the package folders in the section ``source`` of a description."""
     places = {key: value for key, value in (("folder", folder), ("packages", dict(packages))) if value}
     made = tree.copy()
     made["source"] = as_tree({**(tree.get("source") or {}), **places}, tree.span)
@@ -124,11 +120,9 @@ def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
 
 
 def _seen(path: Path, folder: Path) -> str:
-    """Return a path relative to a folder, with forward slashes."""
     return Path(os.path.relpath(path, folder)).as_posix()
 
 
 def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
-    """Return a warning that the files ``names`` will not be found if the artifacts are moved."""
     help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
     return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)

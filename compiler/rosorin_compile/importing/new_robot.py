@@ -44,7 +44,7 @@ _MAX_NAME = 60
 class NewRobot:
     """The result of ``init``: the new description, and the JSON schema for editors.
 
-    ``schema_outdated`` is True if the project already has a schema of another version, which is not replaced.
+    ``schema_outdated`` is True if the project already has a different version of the schema, which is not replaced.
     """
 
     description: Path
@@ -69,7 +69,7 @@ def check_free(name: str, project: Path) -> None:
 
 
 def texts_of(template: str, name: str) -> dict[str, str]:
-    """Return the text of each template file by file name, with the placeholder replaced by the robot name."""
+    """Return the text of each template file by file name; ``PLACEHOLDER`` is replaced with the robot name."""
     folder = data_folder("templates") / START
     paths = [folder / file for file in TEMPLATES[template].files]
     return {path.name: path.read_text("utf-8").replace(PLACEHOLDER, name) for path in paths}
@@ -116,7 +116,7 @@ def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot
 
 
 def _is_same_schema(committed: bytes, text: str) -> bool:
-    """Return True if the committed JSON schema equals ``text``, except for xacro macros added to it."""
+    """Return True if the committed JSON schema equals ``text``, apart from xacro macros that were added."""
     with suppress(ValueError, KeyError, TypeError, AttributeError):
         schema = json.loads(committed)
         schema["properties"]["include"]["items"].pop("allOf", None)

@@ -25,22 +25,22 @@ from rosorin_compile.source.wording import count_of, phrase, printable
 ENDING = ".imported"
 _PROGRAM = "# rosorin-compile import "
 _MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
-_MOST_CONFLICTS = 127  # exit codes of git merge-file up to this value count conflicts, higher values are errors
+_MOST_CONFLICTS = 127  # highest exit code of git merge-file that is a number of conflicts; higher codes are errors
 
 
 class MergeResult(NamedTuple):
     """The result of merging an edited description with a new import of its source."""
 
-    files: Mapping[str, str] = {}  # text of the files to write and of their records, by name
-    before: Mapping[str, str] = {}  # text of the files before the merge, by name
-    removed: Sequence[str] = ()  # names of files and records that the source no longer produces
+    files: Mapping[str, str] = {}  # file name -> text to write, including records
+    before: Mapping[str, str] = {}  # file name -> text before the merge
+    removed: Sequence[str] = ()  # names of files and records that the new import does not have
     diagnostics: Sequence[Diagnostic] = ()
     lines: Sequence[str] = ()  # lines of the import report
     refused: bool = False  # True if an error prevents the merge, so that nothing is written
 
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
-    """Return the record (unedited copy) of each description file by name; ``words`` is the import command line."""
+    """Return the record (unedited copy) of each file by record name; ``words`` is the import command line."""
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
@@ -49,7 +49,7 @@ def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
 
 
 def is_record(name: str) -> bool:
-    """Return True if a file name has the suffix of a record (``.imported``)."""
+    """Return True if a file is a record, whose name ends with ``.imported``."""
     return name.endswith(ENDING)
 
 
@@ -59,9 +59,9 @@ def _text(path: Path) -> str:
 
 
 def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
-    """Return the text of each file as the last import wrote it, or None if records are missing or damaged.
+    """Return the text of each file as written by the last import, or None if records are missing or damaged.
 
-    Raises RequestError if a record cannot be read, or if it was written by an import with other arguments.
+    Raises RequestError if a record cannot be read, or if the last import had a different source or different arguments.
     """
     try:
         first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
@@ -93,10 +93,10 @@ def _source(words: Sequence[str]) -> str:
 def import_again(
     folder: Path, record: Mapping[str, str], theirs: Mapping[str, str], words: Sequence[str], keep_ours: bool = False
 ) -> MergeResult:
-    """Merge newly imported files (``theirs``) with the files of a description, without writing anything.
+    """Merge newly imported files (``theirs``) with the files of a description; nothing is written yet.
 
     ``record`` has the files of the last import, ``words`` is the command line of the new import. With ``keep_ours``,
-    edits of the description win conflicts. Raises RequestError for a file that cannot be read.
+    conflicts keep the edits of the description. Raises RequestError if a file cannot be read.
     """
     source = printable(Path(words[0]).name)
     ours, found, files = dict[str, str](), list[Diagnostic](), dict[str, str]()
@@ -157,7 +157,7 @@ def import_again(
 
 
 class _NoGit(Exception):
-    """``git merge-file`` cannot run; the message of the exception is the reason."""
+    """Raised if ``git merge-file`` cannot run; the message is the reason."""
 
 
 def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool) -> str:
@@ -167,7 +167,7 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
         raise _NoGit("git is not installed")
     windows = "\r\n" in ours and "\n" not in ours.replace("\r\n", "")
     texts = {"ours": ours.replace("\r\n", "\n") if windows else ours, "base": base, "theirs": theirs}
-    # Do not use the configuration of a surrounding git repository or of the user.
+    # Ignore the git configuration of the user and of the current repository.
     environment = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     environment |= {"GIT_CONFIG_NOSYSTEM": "1", "GIT_CONFIG_GLOBAL": os.devnull, "LC_ALL": "C"}
     try:
@@ -186,7 +186,7 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
 
 
 def remove(folder: Path, merged: MergeResult) -> None:
-    """Delete the files ``merged.removed``, unless they changed since they were read. Raises OSError."""
+    """Delete the files in ``merged.removed``, except files that changed since they were read. Raises OSError."""
     for name in merged.removed:
         path = folder / name
         if is_record(name) or path.read_bytes() == merged.before[name].encode():

@@ -34,14 +34,14 @@ _MAX_DIFFERENCES = 20
 
 
 class RoundTrip(NamedTuple):
-    """The text of each file of a description by file name, and the comparison of the description with the source."""
+    """The files of a description by name, and the comparison of the compiled description with the source."""
 
     files: dict[str, str]
     outputs: Outputs  # the section ``outputs``: artifacts to compile
     diagnostics: list[Diagnostic]  # compile errors, or differences from the source
-    shown: ImportedRobot  # the robot as written to ``files``, with parts if any were made
+    shown: ImportedRobot  # the robot in ``files``, possibly with parts
     proof: Proof = Proof()  # comparison in a simulator, such as MuJoCo for an MJCF
-    untold: tuple[Diagnostic, ...] = ()  # errors for differences that no other diagnostic reports
+    untold: tuple[Diagnostic, ...] = ()  # errors for differences that only the simulator shows
     reordered: bool = False  # True if the order of moving joints differs from the source
 
 
@@ -55,8 +55,8 @@ def check_round_trip(
     """Write the description of a robot to a temporary folder, compile it, and compare the result with the source.
 
     Meshes are looked up relative to ``folder``, the final folder of the description, and in ``packages``. ``plain`` is
-    the robot before Gazebo and ros2_control elements were converted, or None if they were not. With ``parts``, repeated
-    structures are written as parts, unless the result differs.
+    the robot before Gazebo and ros2_control elements were converted, or None if no element was converted. If ``parts``
+    is True, repeated structures become parts, unless this would change the robot.
     """
     shown = with_parts(imported) if parts else imported
     if shown is not imported:
@@ -70,7 +70,6 @@ def check_round_trip(
 def _round_trip(
     imported: ImportedRobot, shown: ImportedRobot, folder: Path, plain: Map | None, packages: Mapping[str, Path]
 ) -> RoundTrip:
-    """Compile ``shown`` (the robot ``imported``, possibly with parts), and compare it with ``imported``."""
     Progress.step("proving the import")
     outputs = outputs_of(imported)
     for _ in range(2):
@@ -93,7 +92,7 @@ def _round_trip(
     if before is None or made is None:
         return trip._replace(diagnostics=[_differs("the description cannot be compared with the source", [])])
     found = [] if plain is None else _element_changes(before, made)
-    if plain is not None:  # exclude converted elements, which were compared above as XML
+    if plain is not None:  # skip converted elements, already compared as XML
         names = ("urdf_elements", "sensors", "edges", "publishers", "control")
         made_plain = replace(made, **{name: getattr(before, name) for name in names})
     found += model_differences(before, made if plain is None else made_plain, 0.0)
@@ -115,13 +114,12 @@ def _round_trip(
 
 
 def schema_path(folder: Path) -> str:
-    """Return the path of the schema for editors relative to a folder, or "" if the project has no schema."""
+    """Return the path of the JSON schema for editors relative to a folder, or "" if the project has no schema."""
     schema = Description.SCHEMA
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
 def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: Any) -> CompileResult:
-    """Compile a description, given as text by file name, in a temporary folder."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as stage:
         for name, text in texts.items():
             Path(stage, name).write_text(text, "utf-8")
@@ -131,10 +129,7 @@ def _compile(texts: Mapping[str, str], packages: Mapping[str, Path], **options: 
 def _proof(
     imported: ImportedRobot, shown: ImportedRobot, outputs: Outputs, folder: Path, packages: Mapping[str, Path]
 ) -> Proof:
-    """Compare the source with the compiled artifact of the same format in a simulator, such as MuJoCo.
-
-    The artifact is compiled with the mesh paths and the number format of its final folder.
-    """
+    """Compare the source with the compiled artifact of the same format in a simulator such as MuJoCo."""
     format = FORMATS.get(imported.format)
     if format is None or format.prove is None or format.name not in outputs.entries:
         return Proof()
@@ -160,13 +155,12 @@ def _differs(what: str, found: Sequence[str]) -> Diagnostic:
 
 
 def _some(texts: Sequence[str]) -> tuple[Related, ...]:
-    """Return the first ``_MAX_DIFFERENCES`` texts, and the number of remaining texts, as notes of a diagnostic."""
     more = [and_more(len(texts) - _MAX_DIFFERENCES).strip()] if len(texts) > _MAX_DIFFERENCES else []
     return tuple(Related(text, None) for text in [*texts[:_MAX_DIFFERENCES], *more])
 
 
 def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> list[str]:
-    """Return a sentence for each difference between two robots above ``tolerance`` (absolute or relative)."""
+    """Return a sentence for each difference above ``tolerance`` (absolute or relative) between two robots."""
 
     def precision(key: object, *values: object) -> float:  # noqa: ARG001
         return tolerance / 2
@@ -178,7 +172,6 @@ def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> lis
 
 
 def _element_changes(source: Robot, made: Robot) -> list[str]:
-    """Return the differences between the Gazebo and ros2_control elements of two robots as sentences."""
     format = FORMATS.published_format()
     output = next((one for one in made.outputs if one.backend == format.name), None)
     before, after = list(source.urdf_elements), list(made.urdf_elements)

@@ -46,11 +46,11 @@ class Candidate(NamedTuple):
     text: int  # index of the XML string in ``urdf_elements``
     number: int  # index of the <sensor> in that XML string
     element: Tree
-    reference: str = ""  # the link or joint to which the enclosing <gazebo> refers
+    reference: str = ""  # attribute "reference" of the enclosing <gazebo>: a link or joint
 
     @property
     def called(self) -> str:
-        """The element as messages call it, such as ``sensor "lidar"``."""
+        """The name of the element in messages, such as ``sensor "lidar"``."""
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
 
@@ -60,11 +60,11 @@ class ConvertedRobot(NamedTuple):
     imported: ImportedRobot
     plain: Map | None = None  # the robot before the conversion, or None if no element was converted
     names: Mapping[str, Sequence[str]] = {}  # names of the new entries, by kind such as "sensor"
-    kept: Mapping[str, str] = {}  # why an element is kept as XML, by element
+    kept: Mapping[str, str] = {}  # name as in ``Candidate.called`` -> reason why the element stays XML
 
 
 def with_sections(imported: ImportedRobot) -> ConvertedRobot:
-    """Convert the Gazebo and ros2_control elements of a robot to sections of the description where possible."""
+    """Convert Gazebo and ros2_control elements of a robot to entries of ``sensors`` and ``control`` where possible."""
     tree = imported.tree
     texts = tree.get(ELEMENTS) if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
@@ -142,7 +142,7 @@ class _Conversion:
         return entries, gazebo
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
-        """Remove entries that cause errors, alone or together; return the error messages by entry name."""
+        """Remove entries that cause compile errors; return the first error message for each removed entry."""
         reasons: dict[str, str] = {}
         if entries and self.with_entries(section, entries, options)[1]:
             for name in list(entries):
@@ -162,9 +162,9 @@ class _Conversion:
         options: Mapping[str, Any],
         followers: Set[str] = frozenset(),
     ) -> dict[str, str]:
-        """Remove entries whose compiled XML differs from the original element; return the differences by name."""
+        """Remove entries whose compiled XML differs from the original element; return the first difference of each."""
         reasons: dict[str, str] = {}
-        while entries:  # removing an entry may change the XML of others, so compare again
+        while entries:  # removing an entry may change the XML of the remaining entries, so compare again
             texts, wrong = self.write(section, entries, options), dict[str, str]()
             for name in entries:
                 one = found[name]
@@ -184,7 +184,7 @@ class _Conversion:
         return reasons
 
     def with_entries(self, section: str, entries: Any, options: Mapping[str, Any]) -> tuple[Robot | None, str]:
-        """Compile the robot with these entries in a section; return (robot, "") or (None, first error message)."""
+        """Compile the robot with ``entries`` in a section; return (robot, "") or (None, first error message)."""
         output = {"file": "robot.urdf", **options}
         tree, expansion = put_values(self.tree, {section: entries, "outputs": {"urdf": output}}).copy(), Expansion()
         if isinstance(tree.get(SENSORS), Map):
@@ -196,7 +196,7 @@ class _Conversion:
         return (None if message else lower(tree).robot), message
 
     def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Compile entries of a section to URDF elements; return the elements by ``Candidate.called``."""
+        """Compile entries of a section to URDF elements; return a list of XML strings for each ``Candidate.called``."""
         robot, brings = self.with_entries(section, entries, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
@@ -206,7 +206,7 @@ class _Conversion:
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:
-        """Remove the converted elements ``taken``; return the other XML elements, and all comments with new paths."""
+        """Remove the elements ``taken`` from the XML; return the remaining XML, and all comments with new paths."""
         left, paths, inner = Seq(self.texts.span, self.texts.via), dict[int, Path](), list[Comment]()
         for index, (text, span) in enumerate(zip(self.texts, self.texts.value_spans, strict=True)):
             rest = str(text)
@@ -241,7 +241,7 @@ def _candidates(texts: Sequence[str]) -> list[Candidate]:
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
-    """Remove elements from an XML string; return the rest, and (entry path, comment) for each removed comment."""
+    """Remove elements from an XML string; return (remaining XML, [(entry path, comment inside a removed element)])."""
     root = parse(Source("", f"<all>{text}</all>")).root
     outer = root.children[0]
     sensors = [child for child in outer.children if child.tag == "sensor"]
@@ -263,7 +263,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
 
 
 def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
-    """Return a copy of a description with some keys set; keys with empty values are removed."""
+    """Return a copy of a description with the top-level keys in ``values`` replaced; an empty value removes the key."""
     made = tree.copy()
     for key, value in values.items():
         if value:
@@ -275,7 +275,7 @@ def put_values(tree: Map, values: Mapping[str, Any]) -> Map:
 
 
 def report_elements(converted: ConvertedRobot) -> list[str]:
-    """Return the lines of the import report about converted and unchanged elements."""
+    """Return the lines of the import report about converted elements and elements that stay XML."""
     lines = []
     if converted.names:
         parts = [

@@ -40,7 +40,7 @@ _MODERN = ("gpu_lidar", "rgbd_camera", "navsat")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
 _NEAR = 5e-3  # rad, tolerance for symmetric angles and full circles
-# Arguments of library sensor types, and the (element, child element) of SDF that has their value.
+# Argument of a sensor type of the parts library -> (element, child element) in SDF with the same value.
 _RANGES = {"max_range": ("range", "max"), "min_range": ("range", "min")}
 _LENSES = {
     "hfov": ("camera", "horizontal_fov"),
@@ -69,7 +69,7 @@ class GazeboSensor(NamedTuple):
     pose: tuple[float, ...]
 
     def inner(self, *path: str) -> Mapping[str, Any]:
-        """Return the children of the element at a path of tags; ``lidar`` also matches the older tag <ray>."""
+        """Return the children of the element at a path of tags; ``lidar`` also matches <ray> (Gazebo classic)."""
         values: Mapping[str, Any] = self.elements
         for key in path:
             found = values.get(key) or (values.get("ray") if key == "lidar" else None)
@@ -78,7 +78,7 @@ class GazeboSensor(NamedTuple):
 
     @property
     def stamp(self) -> str:
-        """The frame_id of the messages of the sensor, set by a Gazebo element or a plug-in, or "" if unset."""
+        """The frame_id of the sensor messages, from a Gazebo element or a plug-in, or "" if unset."""
         plugins = self.elements.get("plugin") or []
         plugins = plugins if isinstance(plugins, list) else [plugins]
         named = [self.elements.get(name) for name in _FRAMES]
@@ -100,7 +100,7 @@ def read_sensor(element: Element, reference: str) -> GazeboSensor:
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
-    """Convert child elements to nested mappings; with ``exact``, numbers stay strings unless written back unchanged."""
+    """Convert child elements to nested mappings; ``exact`` keeps numbers as strings if formatting would change them."""
     made: dict[str, Any] = {}
     for child in element:
         value = _value(child, exact or child.tag == "plugin")
@@ -129,7 +129,7 @@ def _scalar(text: str) -> Any:
 
 
 def gazebo_of(elements: Sequence[Element]) -> str:
-    """Return the Gazebo version that most of the <sensor> elements are for: harmonic, fortress or classic."""
+    """Return the Gazebo version that most <sensor> elements are written for: harmonic, fortress or classic."""
     votes = {"harmonic": 0, "fortress": 0, "classic": 0}
     for one in elements:
         kind, files = one.get("type", "").strip(), [plugin.get("filename", "") for plugin in one.findall("plugin")]
@@ -143,7 +143,7 @@ def gazebo_of(elements: Sequence[Element]) -> str:
 
 
 def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
-    """Convert a sensor to an entry of the section ``sensors``, without the key ``gazebo``. Raises CannotConvert."""
+    """Convert a sensor to an entry of ``sensors``, without the key ``gazebo``. Raises CannotConvert if impossible."""
     kind, frame = TYPES.get(one.type, ""), one.reference
     if one.type in LIDARS:
         rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
@@ -180,7 +180,7 @@ def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
         ends = [(axis["min_angle"], axis["max_angle"]) for word, axis in axes.items() if word in arguments]
         count = int(arguments.get("rays", 1)) * int(arguments.get("layers", 1))
         if count > MAX_RAYS or any(abs(low + high) > _NEAR for low, high in ends):
-            made["mjcf"] = []  # omit the lidar from the MJCF: too slow, or asymmetric, which MuJoCo does not support
+            made["mjcf"] = []  # omit from the MJCF: too slow, or asymmetric, which MuJoCo does not support
     if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
@@ -230,7 +230,7 @@ def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
-    """Return {word: field of view in rad} for the angles of ``axis``, or {} for a full circle, which is the default."""
+    """Return {word: field of view (rad)} for the scan axis ``axis``, or {} for a full circle, which is the default."""
     low, high = axis.get("min_angle"), axis.get("max_angle")
     if not isinstance(low, float) or not isinstance(high, float):
         return {}
@@ -241,18 +241,18 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
-    """Remove <collision> names of contact sensors from XML; the shapes of the link determine these names."""
+    """Remove the <collision> names in contact sensors from XML, because they follow from the shapes of the link."""
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
 def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
-    """Return the differences of the source sensor ``one`` from the generated ``sensor``, for the key ``gazebo``."""
+    """Return the values of the key ``gazebo`` that make the generated ``sensor`` equal to ``one``, the original."""
     made: dict[str, Any] = {}
     if len(sensor.gazebo) != 1:
         return made
     brought = sensor.gazebo[0]
     frame_id = brought.FRAME_ELEMENTS[gazebo]
-    if gazebo == "classic":  # only the type differs, because descriptions use the element names of new Gazebo
+    if gazebo == "classic":  # only convert the type, because a description has the element names of new Gazebo versions
         brought = replace(brought, type=brought.in_classic().type)
     if one.type != brought.type:
         made["sensor"] = one.type
@@ -268,7 +268,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
     lidar = "ray" if gazebo == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
-    if brought.feels and "contact" in elements:  # ignore collision names, which follow from the shapes of the link
+    if brought.feels and "contact" in elements:  # ignore collision names, which are generated from the link
         elements["contact"] = {key: value for key, value in one.inner("contact").items() if key != "collision"}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
@@ -279,7 +279,7 @@ def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
-    """Return the values of ``wanted`` that differ from ``own``, recursively; keys that only ``own`` has are None."""
+    """Return the values in ``wanted`` that differ from ``own``, and None for each key that is only in ``own``."""
     made: dict[str, Any] = {}
     for key, value in wanted.items():
         if isinstance(value, dict) and isinstance(own.get(key), dict):
@@ -338,7 +338,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         commands = entry.get("command", {})
         if not isinstance(commands, dict):
             commands = dict.fromkeys([commands] if isinstance(commands, str) else commands)
-        for interface, numbers in commands.items():  # set "limits" to "urdf" if a command lacks a limit of the joint
+        for interface, numbers in commands.items():  # set "limits: urdf" if a command omits a limit of the joint
             low, high = joint.limits_of(interface)
             ends = {end for end, limit in (("min", low), ("max", high)) if limit is not None}
             if not ends <= (numbers or {}).keys():
@@ -348,7 +348,7 @@ def _joint(element: Element, robot: Robot, humble: bool) -> dict[str, Any] | Non
         if not (joint and joint.mimic and _FLAGS.get(flag) is True):
             entry["mimic"] = _FLAGS.get(flag, flag)
     elif humble and joint is not None and joint.mimic is not None:
-        # On Humble, the parameter ``mimic`` names the leader joint; a joint without it is not coupled to the leader.
+        # On Humble, the parameter ``mimic`` names the leader joint; without the parameter, the joint is not coupled.
         params = entry.get("params", {})
         if params.pop("mimic", None) is None:
             entry["mimic"] = False
@@ -374,7 +374,6 @@ def _interface(element: Element) -> dict[str, Any] | None:
 
 
 def _by_name(element: Element, tag: str, read: Callable[[Element], Any]) -> dict[str, Any]:
-    """Parse the child elements with a tag using ``read``; return the results by the attribute ``name``."""
     return {child.get("name", ""): read(child) for child in element if child.tag == tag}
 
 
@@ -383,7 +382,7 @@ def _params(element: Element) -> dict[str, Any]:
 
 
 def plain(text: str) -> Any:
-    """Parse a number or boolean that would be written back as the same string; return other strings unchanged."""
+    """Parse a number or boolean if formatting the value gives the same string; return other strings unchanged."""
     if text in ("true", "false"):
         return text == "true"
     number = _number(text)

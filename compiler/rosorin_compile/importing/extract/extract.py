@@ -28,12 +28,12 @@ from ..description import layout, number, plain_value
 if TYPE_CHECKING:
     from rosorin_compile.model.mesh_triangles import Floats
 
-MARK = "# rosorin-compile extract"  # the first words of every file that extract writes
+MARK = "# rosorin-compile extract"  # the first words of every file that the command ``extract`` writes
 
 
 @dataclass(frozen=True)
 class ExtractedBoxes:
-    """The result of ``extract_boxes``: shapes and their fit by mesh or link, and the YAML section ``links``."""
+    """The result of ``extract_boxes``: the shapes of each mesh or link in ``parts``, and YAML in ``text``."""
 
     parts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     text: str = ""
@@ -43,7 +43,7 @@ class ExtractedBoxes:
 
 @dataclass(frozen=True)
 class ExtractedHeightMap:
-    """The result of ``extract_height_map``: a height map in ``frame``, and the YAML section ``links``."""
+    """The result of ``extract_height_map``: a height map in the link frame ``frame``, and YAML in ``text``."""
 
     frame: str = ""
     height_map: HeightMap | None = None
@@ -80,7 +80,7 @@ def extract_boxes(
 ) -> ExtractedBoxes:
     """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
 
-    In the result, ``parts`` has the shapes of every kind and their fit by mesh or link (m, m^3, rad). ``text`` is the
+    In the result, ``parts`` has the shapes of each mesh or link, and how well they fit (m, m^3, rad). ``text`` is the
     section ``links`` of a description with shapes of the kind ``shape``, and ``report`` is a table.
 
     Args:
@@ -208,15 +208,15 @@ def extract_height_map(
         rpy: The orientation of the mesh in the frame: roll, pitch, yaw in radians.
         cell: The edge length of a cell in metres; by default 0.01.
         origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
-        cells: The number of cells along x and y; by default those that cover the mesh.
+        cells: The number of cells along x and y; by default enough to cover the mesh.
         size: The size of the grid (x, y) in metres, instead of ``cells``.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
-        step: Round the heights of boxes to multiples of this length in metres; by default ``cell``.
+        step: Artifacts have boxes whose heights are rounded to multiples of this length in metres; by default ``cell``.
         bottom: Also compute the height of the lowest point of the mesh.
         into: A description file; its height map is replaced with a new map on the same grid.
-        status: The status of the source in the description: calculated, measured or factory.
-        note: The note of the source in the description; by default the names of the meshes.
+        status: How the heights were obtained, for the key ``source``: calculated, measured or factory.
+        note: A note for the key ``source``; by default the names of the meshes.
     """
     reading, wrong = read_options(arguments, packages, trust, warn)
     if wrong:
@@ -274,7 +274,7 @@ def _first_line(sources: Sequence[str], arguments: Mapping[str, str], command: s
 
 
 def _save(path: FilePath, text: str, force: bool) -> None:
-    """Write a file; replace a file that extract did not write only with ``force``. Raises ExtractProblem."""
+    """Write a file. Raises ExtractProblem if the file exists and extract did not write it, unless ``force`` is True."""
     try:
         write_file(Path(path), text.encode(), (), None if force else lambda old: is_made(files.read_bytes(old)))
     except OutputError as problem:
@@ -289,7 +289,7 @@ def is_made(old: bytes) -> bool:
 
 
 def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return ``others`` and the diagnostic of ``problem``, sorted. Raises RequestError for a missing mesh file."""
+    """Return ``others`` and the diagnostic of ``problem``, sorted. Raises RequestError if a mesh file is missing."""
     if isinstance(problem, NotThere):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
     return tuple(arrange([*others, problem.diagnostic]))
@@ -297,7 +297,7 @@ def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple
 
 @dataclass(frozen=True)
 class Part:
-    """The triangles (n, 3, 3) in metres of a mesh file, or of a link in the link frame, and the mesh file names."""
+    """A mesh file, or the meshes of a link in the link frame: triangles (n, 3, 3) in metres, and mesh file names."""
 
     name: str
     triangles: Floats
@@ -305,10 +305,10 @@ class Part:
 
 
 class RobotSource:
-    """The robot whose meshes are used: its model, its parsed description, and the package search path."""
+    """A robot whose meshes are extracted: its model, its parsed description, and the package search path."""
 
     def __init__(self, name: str, options: ReadOptions, diagnostics: list[Diagnostic]) -> None:
-        """Read a robot by name, folder or file; warnings go to ``diagnostics``. Raises RequestError, ExtractProblem."""
+        """Read a robot, and append warnings to ``diagnostics``. Raises RequestError or ExtractProblem."""
         try:
             (description,) = Description.find([name])
         except NoDescription as problem:
@@ -319,7 +319,7 @@ class RobotSource:
             first = next(one for one in reading.diagnostics if one.severity == ERROR)
             diagnostics += [one for one in reading.diagnostics if one is not first]
             raise ExtractProblem(first)
-        # Do not report diagnostics of a description (`check` does) or unsupported elements (not joints or meshes).
+        # Skip diagnostics that ``check`` reports for a description, and unsupported elements, which have no mesh.
         found = reading.diagnostics if request.is_foreign else ()
         found = [one for one in found if one.rule != "import-cannot-carry"]
         diagnostics += [one for one in found if one.severity in (ERROR, WARNING)]
@@ -327,13 +327,16 @@ class RobotSource:
         self.path, self.packages = description.path, PackageFinder(options.packages, os.environ, description.path)
 
     def link(self, name: str) -> str:
-        """Return ``name`` unchanged. Raises UnknownName if the robot has no link with this name."""
+        """Return the link name unchanged. Raises UnknownName if the robot has no such link."""
         if name not in self.robot.link:
             raise UnknownName("link", name, self.robot.link, "the robot")
         return name
 
     def part(self, link: str, section: str) -> Part | None:
-        """Return the meshes of a link in its frame, or None if it has none; warn about unreadable meshes."""
+        """Return the meshes of a link in the link frame, or None if it has no readable mesh; append warnings.
+
+        ``section`` is "collision", "visual", or "auto" to prefer collision meshes.
+        """
         import numpy as np
 
         shapes = {"collision": self.robot.link[link].collision, "visual": self.robot.link[link].visual}
@@ -370,9 +373,10 @@ def read_parts(
     options: ReadOptions,
     diagnostics: list[Diagnostic],
 ) -> tuple[list[Part], RobotSource | None]:
-    """Load mesh files, or the meshes of a robot; return a ``Part`` for each file or link, and the robot or None.
+    """Load mesh files, or the meshes of one robot; return (a ``Part`` for each file or link, the robot or None).
 
-    ``scale`` has the factors for mesh files along x, y and z. Raises RequestError, ExtractProblem.
+    ``links`` are the links to use (default: all), ``scale`` has the factors for mesh files along x, y and z. Raises
+    RequestError for conflicting arguments, or ExtractProblem if a file cannot be read or there is no mesh.
     """
     if names and all(Path(name).suffix.lower().removeprefix(".") in TriangleMesh.FORMATS for name in names):
         if links:

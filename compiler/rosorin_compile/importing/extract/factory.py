@@ -23,7 +23,7 @@ from .extract import MARK, RobotSource, all_diagnostics, is_made
 
 _POSE = ("type", "parent", "child", "xyz", "rpy", "axis")
 _KEYS = (*_POSE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
-_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # prefixes of rules about values that are not extracted
+_NOT_TAKEN = ("mass-", "inertia-", "shape-")  # prefixes of rule ids; these rules check values that are not extracted
 _MAX_BYTES = 5_000_000  # size limit of a robot file
 _ROBOT = re.compile(r"<robot\b[^>]*?\sname\s*=", re.DOTALL)
 _INCLUDES = re.compile(r"<xacro:include\b[^>]*?\sfilename\s*=\s*[\"']([^\"']+)[\"']", re.DOTALL)
@@ -34,7 +34,7 @@ _VARIABLE = re.compile(r"""\$\((env|optenv|arg)\s+(\w+)[^()]*\)\s*['"]?\s*(?:[!=
 
 @dataclass(frozen=True)
 class ExtractedFactory:
-    """The result of extracting a ROS description package."""
+    """The result of ``extract_factory``: the extracted joints, the links with a box, and the written files."""
 
     joints: tuple[str, ...] = ()
     boxes: Annotated[tuple[str, ...], "the links that have one"] = ()
@@ -70,6 +70,7 @@ def extract_factory(
 
     Args:
         package: The folder of the package.
+        output: The folder of the YAML files.
         robot: The robot file in the package; by default the only one.
         height_map_link: The link whose meshes are used for a height map. Default: no height map.
         frame: The link whose frame the height map uses; by default ``height_map_link``.
@@ -116,7 +117,7 @@ def extract_factory(
                 diagnostics += messages
             except ExtractProblem as problem:
                 diagnostics.append(problem.diagnostic)
-        # Copy the ``accept`` entries that suppress diagnostics, because the joint values are copied unchanged.
+        # Keep the ``accept`` entries (suppressed diagnostics), because the joint values are copied unchanged.
         joints = {
             joint: {key: plain_value(value) for key, value in entry.items() if key in _KEYS}
             for joint, entry in (source.tree.get("joints") or {}).items()
@@ -144,7 +145,6 @@ def extract_factory(
 
 
 def _find_robot_file(package: Path, requested: str | None) -> Path:
-    """Return the requested robot file of a package, or its only robot file. Raises RequestError, ExtractProblem."""
     if not files.is_folder(package):
         raise RequestError(f"{package} is not a folder; name the folder of a description package")
     endings = FORMATS.endings()
@@ -180,7 +180,7 @@ def _find_robot_file(package: Path, requested: str | None) -> Path:
 
 
 def _choice(text: str) -> str:
-    """Describe the arguments and environment variables that select the included files, with their known values."""
+    """Describe the arguments and environment variables that select the included files, with possible values."""
     includes = _INCLUDES.findall(text)
     conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
     conditions += [name for name in includes if "$" in name]

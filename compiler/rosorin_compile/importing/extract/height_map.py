@@ -37,22 +37,22 @@ Floats = NDArray[np.float64]
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # number of triangles that are processed at once
 _MOST_PAIRS = 100_000  # number of (triangle, cell) pairs that are processed at once
-_LINE = 1e-5  # half the width of a grid line in cells, because STL coordinates have only 24 bits
+_LINE = 1e-5  # tolerance for points on a grid line, in cells, because STL coordinates have only 24 bits
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
-_NOISE = 1e-6  # m, a smaller excess of the mesh beyond the grid or below z = 0 is not reported
+_NOISE = 1e-6  # m, do not report meshes that exceed the grid or z = 0 by less
 
 
 @dataclass(frozen=True)
 class GridOptions:
-    """The options of a height map, lengths in metres. Raises RequestError for conflicting or invalid options."""
+    """The options of a height map, lengths in metres. Raises RequestError if options conflict or are invalid."""
 
     cell: float | None = None  # edge length of a cell; by default 10 mm
-    origin: tuple[float, float] | None = None  # x and y of the lower corner
-    cells: tuple[int, int] | None = None  # number along x and y; by default as many as cover the mesh
+    origin: tuple[float, float] | None = None  # x and y of the corner with the smallest coordinates
+    cells: tuple[int, int] | None = None  # number of cells along x and y; by default enough to cover the mesh
     size: tuple[float, float] | None = None  # edge lengths of the grid along x and y, instead of ``cells``
     below: float | None = None  # ignore surfaces above this height
     digits: int = 4  # decimals of heights
-    step: float | None = None  # round box heights to multiples of this length; by default ``cell``
+    step: float | None = None  # round heights of boxes in artifacts to multiples of this; by default ``cell``
     bottom: bool = False  # also compute the height of the lowest point of the mesh
 
     def __post_init__(self) -> None:
@@ -74,10 +74,10 @@ class Grid(NamedTuple):
 
 
 def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
-    """Compute a height map from triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem.
+    """Compute a height map from triangles (n, 3, 3) in metres, relative to the link frame ``frame``.
 
-    The default grid is the smallest grid with a rounded origin that covers the mesh. Also returns a warning for
-    surfaces outside the grid and a note for surfaces below z = 0.
+    Also returns a warning for surfaces outside the grid and a note for surfaces below z = 0. The default grid is the
+    smallest grid with a rounded origin that covers the mesh. Raises ExtractProblem if the height map would be empty.
     """
     method = "highest point of each triangle in each cell"
     if request.below is not None:
@@ -127,7 +127,7 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
 
 
 def surface_heights(triangles: Floats, grid: Grid) -> Floats:
-    """Return the maximum height in metres over each cell, shape (nx, ny); 0 for cells with nothing above z = 0."""
+    """Return the maximum height in metres over each cell, shape (nx, ny); 0 for cells without a surface above z = 0."""
     heights = np.zeros(grid.cells[0] * grid.cells[1])
     for start in range(0, len(triangles), CHUNK):
         scaled = triangles[start : start + CHUNK].copy()
@@ -208,7 +208,7 @@ def summary(height_map: HeightMap) -> str:
 
 
 def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) -> str:
-    """Format a YAML section ``links`` with the height map as a collision shape of a link."""
+    """Format a YAML section ``links`` in which the link ``link`` has the height map as a collision shape."""
     cell, bottom = _length(height_map.cell), height_map.bottom
     lines = [
         f"origin: {_row(height_map.origin)}",
@@ -229,7 +229,6 @@ def _row(values: Iterable[float]) -> str:
 
 
 def _length(value: float) -> str:
-    """Format a length (m) as millimetres if that is exact, such as ``10 mm``, else as metres."""
     millimetres = float(f"{value * 1000:.12g}")
     return f"{exact(millimetres)} mm" if millimetres / 1000 == value else exact(value)
 
@@ -248,7 +247,7 @@ class MapEntry:
     collision: Map
 
     def complete(self, grid: GridOptions) -> GridOptions:
-        """Return options whose unset values are copied from this height map. Raises ExtractProblem."""
+        """Copy the unset options of ``grid`` from this map. Raises ExtractProblem if a value is not a number."""
         values: Map = self.collision["height_map"]
         try:
             x, y = map(float, values["origin"])
@@ -263,7 +262,7 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Find the height map of ``link`` in a description file (None: the only height map). Raises SourceError."""
+    """Find the only height map in a description file, or of its link ``link``. Raises SourceError otherwise."""
     source = read_utf8(path, str(path))
     tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
@@ -283,7 +282,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of a description file with a new height map. Raises ExtractProblem if that is impossible."""
+    """Return the text of a description file with a height map replaced. Raises ExtractProblem if that is impossible."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method, "step": new.step}
     if "step" not in old and new.step == new.cell:
@@ -317,7 +316,7 @@ def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
 
 
 def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> tuple[int, int, list[str]]:
-    """Return (start, end, new lines) to replace the lines of a YAML key; a comment after the key is kept."""
+    """Return (start, end, new lines) for replacing a YAML key and value; a comment after the key is kept."""
     first = lines[key.line - 1]
     comment = re.search(r"\s+#.*$", first)
     head = first[: key.column - 1] + text + (comment[0] if comment else "")
@@ -325,7 +324,6 @@ def _edit(lines: list[str], key: Span, text: str, below: Sequence[str] = ()) -> 
 
 
 def _block_end(lines: list[str], key: Span) -> int:
-    """Return the index of the first line after the block value of a YAML key."""
     end = key.line
     for number in range(key.line, len(lines)):
         content = lines[number].lstrip()

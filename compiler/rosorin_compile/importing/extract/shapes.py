@@ -1,7 +1,7 @@
-"""Fit bounding shapes to a mesh: box, oriented box, cylinder, capsule and stack of boxes; measure their fit.
+"""Fit bounding shapes to a mesh: box, oriented box, cylinder, capsule and stack of boxes.
 
-Each shape encloses the mesh, even after its dimensions are rounded. A rotated shape is only preferred to a less rotated
-shape if its volume is more than one percent smaller.
+Each shape encloses the mesh, even after its dimensions are rounded. A shape with a larger rotation is only chosen if
+its volume is more than one percent smaller.
 """
 
 import itertools
@@ -49,7 +49,7 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
     triangles = np.round(triangles, 10)  # avoid divisions by differences below 0.1 nm
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
-    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # z axis along x, y and z
+    angles: list[Vector] = [(0, math.pi / 2, 0), (math.pi / 2, 0, 0), (0, 0, 0)]  # rotate z to the x, y and z axis
     if oriented.pose.rpy != (0, 0, 0):
         angles += [_angles_along((x, y, z)) for x, y, z in zip(*oriented.pose.transform().rows, strict=True)]
     cylinders, capsules = zip(*(_round_shapes(hull, rpy, digits) for rpy in angles), strict=True)
@@ -78,7 +78,7 @@ def enclosing_box(points: Floats, digits: int) -> Box:
 
 
 def round_up(value: float, digits: int) -> float:
-    """Round a length (m) up to ``digits`` decimals, after subtracting a tolerance of at most 0.1 um."""
+    """Round a length (m) up to ``digits`` decimals; an excess of at most 0.1 um is rounded down instead."""
     scale = 10.0**digits
     return round(math.ceil(value * scale - min(_STL_NOISE * scale, 0.05)) / scale, digits) + 0.0
 
@@ -146,7 +146,7 @@ def _oriented_box(hull: Floats, digits: int) -> Shape:
 
 
 def _least_rotation(axes: Floats) -> Vector:
-    """Return roll, pitch and yaw (rad) for box axes (rows), permuted and flipped for the least rotation."""
+    """Return roll, pitch and yaw (rad) of a box; ``axes`` (rows) may be permuted and flipped for the least rotation."""
     turned = [
         axes[list(order)] * np.array(signs)[:, None]
         for order in itertools.permutations(range(3))
@@ -187,7 +187,7 @@ def _round_shapes(points: Floats, rpy: Vector, digits: int) -> tuple[Shape, Shap
 
 
 def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape, ...]:
-    """Return a stack of boxes of equal thickness along an axis, each around its slice of the mesh."""
+    """Return a stack of boxes of equal thickness along an axis; each box encloses its slice of the mesh."""
     if axis == "auto":
         stacks = [_stack(triangles, count, name, digits) for name in "xyz"]
         return min(stacks, key=lambda shapes: round(sum(map(_volume, shapes)), 15))
@@ -214,7 +214,7 @@ def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape
 
 
 def _smallest(shapes: Sequence[Shape]) -> Shape:
-    """Return the shape with the least volume; a later shape only wins if it is more than one percent smaller."""
+    """Return the smallest shape; a later shape must be more than one percent smaller than an earlier shape."""
     best = shapes[0]
     for shape in shapes[1:]:
         best = shape if _volume(shape) < 0.99 * _volume(best) else best
@@ -238,7 +238,6 @@ def smallest_circle(points: Floats) -> tuple[tuple[float, float], float]:
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the points (n, 3) that are inside a shape or on its surface."""
     local, geometry = in_frame(points, shape.pose), shape.geometry
     if isinstance(geometry, Box):
         beyond = np.maximum(np.array(geometry.lower) - local, local - np.array(geometry.upper)).max(axis=1)

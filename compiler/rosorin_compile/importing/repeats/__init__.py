@@ -1,1 +1,1 @@
-"""Factor repeated structures of an imported robot into reusable parts."""
+"""Move repeated structures of an imported robot into reusable parts."""

@@ -1,9 +1,9 @@
-"""Flatten links and joints for the comparison of subtrees, and replace differing values with parameters of a part.
+"""Flatten links and joints to compare subtrees, and replace differing values with parameters of a part.
 
-A node is a link with its parent joint; its values are all scalars of both by path. A node precedes its descendants, so
-that a subtree is a slice of the list. Numbers that differ only in sign share a sign parameter. A string that contains
-the name of the instance (entry of ``use``) becomes an expression with ``${name}``. A list in which several numbers
-differ becomes one parameter, and equal values in several places share one parameter.
+A node is a link with its parent joint; the scalars of both are stored by path. The nodes of a subtree are a slice of
+the list, because parents precede their descendants. Numbers that differ only in sign share a sign parameter. A string
+that contains the name of the instance (entry of ``use``) becomes an expression with ``${name}``. A list in which
+several numbers differ becomes one parameter, and values that are equal in every instance share a parameter.
 """
 
 import re
@@ -22,11 +22,11 @@ from ..description import Expression, escape, free_name, is_number
 
 Values = dict[Path, Any]
 
-MOUNT = "mount"  # in a part, the name for the link of the robot that the part is attached to
+MOUNT = "mount"  # inside a part, the name of the link to which the part is attached
 # Paths of values in a node that are names of joints, mimic constraints or actuators.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
 _MAX_NODES = 200  # maximum number of links in a part
-# Links and joints with these keys cannot be in a part: XML, or names that differ between instances.
+# Links and joints with these keys cannot be in a part: the values are XML, or names that must be unique.
 _UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
@@ -36,20 +36,20 @@ _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 @dataclass
 class Node:
-    """A link with its parent joint, whose name is "" for a root link."""
+    """A link with its parent joint; ``joint`` is "" for a root link."""
 
     link: str
     joint: str
     carrier: str  # name of the parent link, or MOUNT
     up: int  # index of the parent node, or -1
-    rank: tuple[int, int]  # positions of link and joint in the source
+    rank: tuple[int, int]  # indices of the link and the joint in the source
     entries: dict[str, Any]  # the entries "link" and "joint" of the description
     values: Values  # the scalars in ``entries`` by path
     size: int = 1  # number of nodes in the subtree
 
     @property
     def kind(self) -> str:
-        """The type of the joint, or "" for the root."""
+        """The type of the joint, or "" for a root link."""
         kind: str = self.values.get(("joint", "type"), "")
         return kind
 
@@ -60,7 +60,7 @@ class Node:
 
 
 def nodes_of(body: Mapping[str, Any]) -> list[Node]:
-    """Return a ``Node`` for each link of a robot or part, parents first, or [] if the links do not form a forest."""
+    """Return a ``Node`` for each link, parents first, or [] if links form a loop or have several parent joints."""
     links, joints = body.get("links") or {}, body.get("joints") or {}
     below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
@@ -95,7 +95,7 @@ def nodes_of(body: Mapping[str, Any]) -> list[Node]:
 
 
 def equal_shapes(nodes: list[Node]) -> list[list[int]]:
-    """Group links by the structure of their subtrees; return node indices by group, the largest subtrees first."""
+    """Group links whose subtrees have the same structure; return lists of node indices, the largest subtrees first."""
     numbers: dict[Any, int] = {}
     below: list[list[int]] = [[] for _ in nodes]
     fits = [
@@ -105,7 +105,7 @@ def equal_shapes(nodes: list[Node]) -> list[list[int]]:
     groups: dict[int, list[int]] = defaultdict(list)
     for index in range(len(nodes) - 1, -1, -1):
         node = nodes[index]
-        signature = frozenset(  # compare paths, types of values, and types of joints and shapes
+        signature = frozenset(  # ignores values except types of joints and shapes
             (path, value if path[-1] in ("type", "kind") else type(value) if isinstance(value, (bool, str)) else float)
             for path, value in node.values.items()
         )
@@ -136,13 +136,13 @@ def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
-    """Return the values of a link and joint reflected along the axis ``mirror`` ("x", "y", "z", or "" for none)."""
+    """Return the values of a link and joint, mirrored along the axis ``mirror`` ("x", "y", "z", or "" for none)."""
     values = dict(node.values)
     axis = "xyz".index(mirror) if mirror else -1
     for path, number in node.values.items() if mirror else ():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
         is_axis_of_joint = path[:2] == ("joint", "axis") and node.kind in _WITH_AXIS
-        if is_root and is_pose(path):  # skip the pose of the root link, which the entry of "use" sets
+        if is_root and is_pose(path):  # the entry in "use" sets the pose of the root link
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
             opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)
@@ -171,16 +171,16 @@ def is_pose(path: Path) -> bool:
 
 @dataclass
 class Parameter:
-    """A parameter of a part with its value in each instance; values of kind ``sign`` are 1 or -1."""
+    """A parameter of a part, with its value in each instance."""
 
     name: str
     kind: str
     values: Sequence[Any]
-    is_derived: bool = False  # computed in the part from the built-in variable ``mirrored``
+    is_derived: bool = False  # computed from the built-in variable ``mirrored``, not an argument
 
     @property
     def default(self) -> Any:
-        """The value that at least half of the instances share, or None."""
+        """The value that at least half of the instances share, or None if there is no such value."""
         text, count = Counter(map(repr, self.values)).most_common(1)[0]
         has_default = self.kind != "sign" and count > 1 and 2 * count >= len(self.values)
         return next(value for value in self.values if repr(value) == text) if has_default else None
@@ -195,7 +195,7 @@ class Parameter:
 
 
 class Parameters:
-    """The parameters of one part; ``uses`` (names), ``prefixes`` and ``mirrored`` have an item for each instance."""
+    """The parameters of a part; ``uses`` (names), ``prefixes`` and ``mirrored`` have a value for each instance."""
 
     def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
@@ -204,17 +204,20 @@ class Parameters:
 
     @property
     def arguments(self) -> list[Parameter]:
-        """The parameters that each instance sets, without derived parameters."""
+        """The parameters that instances set, without derived parameters."""
         return [one for one in self._index.values() if not one.is_derived]
 
     @property
     def derived(self) -> dict[str, Expression]:
-        """The expressions of the parameters that the part computes, by parameter name."""
+        """The expressions for the section ``let`` of the part, by name of the derived parameter."""
         names = [one.name for one in self._index.values() if one.is_derived]
         return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))
 
     def replace(self, values: Mapping[Path, Sequence[Any]], owner: str) -> dict[Path, Any]:
-        """Return an expression with parameters for each path in ``values`` that differs between instances."""
+        """Return {path: expression} for the values that differ between instances; create parameters as needed.
+
+        ``values`` has the value in each instance by path. ``owner`` (a link or joint) makes parameter names unique.
+        """
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
         numbers = [path for path in differing if isinstance(path[-1], int) and all(map(is_number, values[path]))]
         points = Counter(path[:-1] for path in numbers if not _is_sign(values[path]))
@@ -236,7 +239,6 @@ class Parameters:
         return terms
 
     def _parameter(self, kind: str, values: Sequence[Any], path: Path, owner: str) -> str:
-        """Return the name of the parameter with these values; create the parameter if necessary."""
         key = (kind, repr(list(values)))
         if key not in self._index:
             words = [step for step in path if isinstance(step, str)]
@@ -252,7 +254,7 @@ class Parameters:
         return free_name(word, {*reserved_names(), *kwlist, *(one.name for one in self._index.values())})
 
     def _signed(self, values: Sequence[Any]) -> str:
-        """Return an expression that multiplies the first value by a sign parameter."""
+        """Return an expression such as "0.1 * side": the first value times a parameter that is 1 or -1."""
         signs = tuple(1 if value == values[0] else -1 for value in values)
         if signs not in self._index:
             is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
@@ -263,7 +265,7 @@ class Parameters:
         return f"{text[:-1] if text in ('1', '-1') else f'{text} * '}{self._index[signs].name}"
 
     def _text(self, texts: Sequence[str], path: Path, owner: str) -> str:
-        """Return an expression for differing strings, which has ``${name}``, ``${prefix}`` or a parameter."""
+        """Return an expression for differing strings, with ``${name}``, ``${prefix}`` or else a new parameter."""
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
                 pattern = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
@@ -274,7 +276,7 @@ class Parameters:
                 if len(rows) == 1 and len(pieces := rows.pop()) > 1:
                     return f"${{{word}}}".join(map(escape, pieces))
         before = after = ""
-        if path[-1] == "file":  # keep a common folder and extension out of the parameter
+        if path[-1] == "file":  # the parameter does not include a common folder or file extension
             folders, endings = ({text.rpartition(sign)[i] for text in texts} for sign, i in (("/", 0), (".", 2)))
             before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
@@ -284,7 +286,6 @@ class Parameters:
 
 
 def _identifier(text: str) -> str:
-    """Convert a string to a valid parameter name."""
     name = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
     return name if name and not name[0].isdigit() else f"n_{name}".strip("_")
 

@@ -1,6 +1,6 @@
-"""Find subtrees of equal structure, and move them into parts if that makes the description shorter.
+"""Find repeated subtrees, and move them into parts if that makes the description shorter.
 
-Links in a part have short names, and each instance (entry of ``use``) adds a prefix: ``left_`` and ``wheel`` make
+Links in a part have short names. Each instance (entry of ``use``) adds a prefix: ``left_`` and ``wheel`` make
 ``left_wheel``. If the differing word is not at the beginning (``hip_FL_joint``), names contain ``${name}`` instead.
 """
 
@@ -20,9 +20,9 @@ from .nodes import MOUNT, REFERENCES, Node, Parameters, deep_copy, equal_shapes,
 MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # minimum number of lines that a part saves in total
 _SAVED_BY_USE = 3  # minimum number of lines that a part saves per instance
-_MAX_SHARE = 0.8  # maximum length of the description with the part, as a fraction of the length without
-_WORK = 60  # maximum comparisons per link of the robot, so that the search takes linear time
-_PARAMETER_COST = 4  # a parameter or the key "mirror" is as hard to read as this many expressions
+_MAX_SHARE = 0.8  # maximum number of lines with the part, relative to the number of lines without the part
+_WORK = 60  # maximum number of comparisons per link of the robot, so that the search takes linear time
+_PARAMETER_COST = 4  # cost of a parameter or of the key "mirror"; an expression costs 1
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
@@ -48,18 +48,18 @@ class Split(NamedTuple):
 
 @dataclass
 class Part:
-    """A part and its entries of ``use`` by instance; ``cost`` rates how hard the part is to read."""
+    """A part with its entries of the section ``use`` by name; a part with a lower ``cost`` is easier to read."""
 
     name: str
     entry: dict[str, Any]
     uses: dict[str, dict[str, Any]]
-    names: Mapping[str, str]  # names in the part by name in the first instance
+    names: Mapping[str, str]  # name in the first instance -> name in the part
     has_prefix: bool
     cost: int
 
 
 class _Result:
-    """The new parts by name, the comments with their new paths, and the number of comparisons still allowed."""
+    """The new parts by name, all comments with new paths, and the remaining number of comparisons (``budget``)."""
 
     def __init__(self, imported: ImportedRobot) -> None:
         self.comments = list(imported.comments)
@@ -68,7 +68,7 @@ class _Result:
 
 
 def with_parts(imported: ImportedRobot) -> ImportedRobot:
-    """Replace repeated links and joints with parts and instances; return ``imported`` itself if none repeat."""
+    """Replace repeated links and joints with parts and instances; return ``imported`` unchanged if nothing repeats."""
     result, made = _Result(imported), imported.whole.copy()
     made.update(_Body(imported.whole, (), result).with_uses())
     made["parts"] = result.parts
@@ -76,25 +76,25 @@ def with_parts(imported: ImportedRobot) -> ImportedRobot:
 
 
 class _Body:
-    """A robot, or a part at a path of the description, that is searched for repeated subtrees."""
+    """Moves repeated subtrees of a robot, or of the part at ``path``, into new parts."""
 
     def __init__(self, body: Mapping[str, Any], path: Path, result: _Result) -> None:
         self.body, self.path, self.result = body, path, result
         self.nodes = nodes_of(body)
-        self.uses: list[tuple[int, str, dict[str, Any]]] = []  # (joint index in the source, name, entry) of ``use``
+        self.uses: list[tuple[int, str, dict[str, Any]]] = []  # ``use``: (joint index in the source, name, entry)
         self.covered: set[int] = set()
-        # By (section, name): (path in the part, path of the instance, is in the first instance, is the root link).
+        # (section, name) -> (path in the part, path of the instance, is in the first instance, is in the root node)
         self.homes: dict[Path, tuple[Path, Path, bool, bool]] = {}
 
     def with_uses(self) -> Mapping[str, Any]:
-        """Return the robot or part with its repeated links and joints replaced by the section ``use``."""
+        """Return the robot or part with repeated links and joints replaced by entries of the section ``use``."""
         groups = equal_shapes(self.nodes)
         for number, group in enumerate(groups):
             Progress.step("finding repeated structures", number, len(groups))
             members = [start for start in group if start not in self.covered]
             if len(members) < 2 or self._try(members):
                 continue
-            equal: dict[Any, list[int]] = defaultdict(list)  # group equal instances, such as the front legs of a robot
+            equal: dict[Any, list[int]] = defaultdict(list)  # equal instances, such as the front legs of a robot
             for start in members:
                 row = self.nodes[start : start + self.nodes[start].size]
                 numbers = [item for node in row for item in node.values.items() if is_number(item[1])]
@@ -115,7 +115,7 @@ class _Body:
         return made
 
     def _try(self, members: list[int]) -> bool:
-        """Make a part from instances, with one side mirrored if that is simpler; return False if no lines are saved."""
+        """Try to make a part of equal subtrees, possibly mirrored; return False if that does not save enough lines."""
         base = next((start for start in members if any(map(_LEFT.fullmatch, _words(self.nodes[start].link)))), None)
         members = sorted(members, key=lambda start: start != base)
         rows = [self.nodes[start : start + self.nodes[start].size] for start in members]
@@ -142,7 +142,7 @@ class _Body:
         return True
 
     def _make(self, rows: Sequence[list[Node]], mirrors: Sequence[str]) -> Part | None:
-        """Return a part for the nodes of several instances, or None if the description language cannot express it."""
+        """Make a part of subtrees (``rows``), or return None if the description language cannot express it."""
         self.result.budget -= len(rows) * len(rows[0])
         names = [[name for node in row for name in node.names] for row in rows]
         parted = split(list(zip(*names, strict=True))) if self.result.budget >= 0 else None
@@ -194,7 +194,6 @@ class _Body:
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
-        """Return True if the part and its instances are much shorter than the subtrees, and not trivial."""
         names = {name: name for node in nodes for name in node.names}
         once = lines_of(_sections(nodes, [{}] * len(nodes), names))
         new = lines_of({"parts": {part.name: part.entry}}) + lines_of({"use": part.uses})
@@ -203,10 +202,7 @@ class _Body:
         return is_short and len(part.entry.get("params", ())) < once
 
     def _move_comments(self) -> None:
-        """Move comments about repeated links and joints into the part, or above the entry of ``use``.
-
-        Comments in the first instance move into the part; equal comments in other instances are dropped.
-        """
+        """Move comments on repeated links and joints into the part, or to the entry of ``use`` for other instances."""
         depth, moved = len(self.path), list[Comment]()
         for comment in self.result.comments:
             home = self.homes.get(comment.path[depth : depth + 2]) if comment.path[:depth] == self.path else None
@@ -226,7 +222,7 @@ class _Body:
 def _sections(
     nodes: Sequence[Node], terms: Sequence[Mapping[Path, Any]], names: Mapping[str, str]
 ) -> dict[str, dict[str, Any]]:
-    """Return the links and joints of a part in source order, with new ``names``, and ``terms`` as values by path."""
+    """Return the links and joints of a part: renamed, and with the expressions ``terms`` (by path) as values."""
     filled = [(node, deep_copy(node.entries)) for node in nodes]
     for (_, entries), replacements in zip(filled, terms, strict=True):
         for path, term in replacements.items():
@@ -245,7 +241,7 @@ def _sections(
 
 
 def split(names: Sequence[Sequence[str]]) -> Split | None:
-    """Split names into names of instances and names inside the part, or return None if that is impossible.
+    """Split names into instance names and names inside the part, or return None if that is impossible.
 
     ``names`` has a row for each link or joint of the part, with its name in each instance.
 
@@ -254,8 +250,8 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
     >>> split([["hip_FL", "hip_FR"], ["thigh_FL", "thigh_FR"]]).rests
     ['hip_${name}', 'thigh_${name}']
     """
-    ends: list[tuple[str, str]] = []  # common beginning and end of the names in each row
-    uses: list[str] = []  # differing text between beginning and end, for each instance
+    ends: list[tuple[str, str]] = []  # text before and after the differing text, for each row
+    uses: list[str] = []  # the differing text, for each instance
     for row in names:
         pieces = [_WORD.findall(name) for name in row]
         differing = [place for place, some in enumerate(zip(*pieces, strict=False)) if len(set(some)) > 1]
@@ -284,12 +280,11 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
 
 
 def _words(name: str) -> list[str]:
-    """Split a name into lower-case words, ignoring expressions."""
     return [word.lower() for word in _WORD.findall(re.sub(r"\$\{[^}]*\}", "_", name)) if word.isalnum()]
 
 
 def _part_name(uses: Sequence[str], rests: Sequence[str]) -> str:
-    """Return a name for a part: "wheel" for an instance "left" with "wheel_link" and "wheel_joint"."""
+    """Return a name for a part, such as "wheel" for links and joints "wheel_link" and "wheel_joint"."""
 
     def specific(name: str) -> list[str]:
         return [word for word in _words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]

@@ -1,9 +1,9 @@
 """Read xacro files: expand them with the xacro library, or translate them to a description with parts and arguments.
 
 ``expand`` expands a file in a child process (``child``) and reads the result as URDF. ``translate`` keeps macros and
-arguments: the child executes the file symbolically (``program``), builds an intermediate representation (``ir``) and
-returns the description (``write_yaml``), which is compared with the output of xacro. ``macros`` writes the call of a
-macro in a vendor's file. This module imports almost nothing, so that the child process starts fast.
+arguments: the child process executes the file symbolically (``program``), builds an intermediate representation
+(``ir``) and returns the description (``write_yaml``), which is compared with the output of xacro. ``macros`` generates
+the xacro for calling a vendor's macro. This module imports almost nothing, so that the child process starts fast.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Expand a xacro file in a child process: read a JSON request from stdin, and write a JSON answer to stdout.
 
 Every file is first parsed by our XML reader, which rejects entities. Each element keeps its source position (``Place``)
-through the expansion: the number of its file, its offset in the text and the number of the macro call that created it
+through the expansion: the index of its file, its offset in the text, and the index of the macro call that created it
 (-1 for none). The list ``calls`` has the source position of each macro call.
 """
 
@@ -26,32 +26,32 @@ from rosorin_compile.source.files import read_text, record_reads
 from rosorin_compile.source.packages import Packages, package_name
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
-Place = tuple[int, int, int]  # file number, offset in its text, number of the macro call or -1
+Place = tuple[int, int, int]  # file index, offset in its text, index of the macro call or -1
 
 MAX_MEMORY = 8 << 30  # bytes
-_GRACE = 2  # seconds of CPU time to report the position before the kernel ends the process
-_PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
+_GRACE = 2  # seconds of CPU time, to report an error before the kernel kills the process
+_PR_SET_PDEATHSIG = 1  # from include/uapi/linux/prctl.h: set the signal sent when the parent process ends
 MARK = "rosorin_place"
-CALL = "rosorin-call"  # tag of the element around the macro call in generated text
+CALL = "rosorin-call"  # tag of the element that contains the macro call in generated xacro text
 
 
 class OutOfTime(BaseException):
-    """The time limit is exceeded; this is a BaseException, so that xacro does not catch the exception."""
+    """The time limit is exceeded; a BaseException, so that ``except Exception`` in xacro does not catch it."""
 
 
 class NotMarkup(Exception):
-    """A file is not XML, or not safe to read; the arguments of the exception are the file name and the reason."""
+    """A file is not XML, or not safe to read; the exception arguments are (file name, reason)."""
 
 
 class MissingPackage(Exception):
-    """A ROS package cannot be found; the argument of the exception is its name."""
+    """A ROS package cannot be found; the exception argument is the package name."""
 
     def __str__(self) -> str:
         return f'the package "{self.args[0]}" is not found'
 
 
 def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expansion(request).answer()) -> None:
-    """Read a request from stdin, run it (by default: expand the file), and write the answer to stdout."""
+    """Read a request from stdin, pass it to ``run`` (default: expand a xacro file), and write the answer to stdout."""
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # redirect print() in a xacro to stderr, because stdout is for the answer
@@ -69,7 +69,7 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expan
 
 
 def _limit(seconds: float) -> None:
-    """Limit the memory and CPU time (s) of the process, and end it with its parent, if the system supports it."""
+    """Limit the memory and CPU time (s) of the process, and end it with its parent, where the system supports this."""
 
     def end(*_: object) -> None:
         raise OutOfTime
@@ -79,19 +79,19 @@ def _limit(seconds: float) -> None:
 
         until = math.ceil(seconds) + _GRACE
         for kind, most in ((resource.RLIMIT_AS, (MAX_MEMORY,) * 2), (resource.RLIMIT_CPU, (until, until + _GRACE))):
-            with suppress(OSError, ValueError):  # ignore errors, because a lower limit may be set already
+            with suppress(OSError, ValueError):  # fails if a lower limit is already set
                 resource.setrlimit(kind, most)
     with suppress(AttributeError, OSError):  # not available on Windows
         signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
-    with suppress(ImportError, OSError, AttributeError):  # only available on Linux
+    with suppress(ImportError, OSError, AttributeError):  # not available outside of Linux
         import ctypes
 
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class Expansion:
-    """Runs the xacro library on the file in a request."""
+    """Expands the xacro file in a request with the xacro library."""
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.file: str = request["file"]
@@ -104,10 +104,10 @@ class Expansion:
         self.open_calls: list[int] = []
 
     def answer(self) -> dict[str, Any]:
-        """Return the expanded text or the error, the files that were read, and the positions of all elements.
+        """Return the JSON answer: the expanded text or an error, the files that were read, and source positions.
 
-        ``places`` are the source positions of the elements in the text, ``at`` is the source position of the error, and
-        ``folders`` are local folders whose paths may occur in the text.
+        ``places`` has the source position of each element in the text, ``at`` the source position of the error, and
+        ``folders`` the local folders whose paths may occur in the text.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -126,7 +126,7 @@ class Expansion:
             folders = [*answer["packages"].values(), *(str(Path(os.path.abspath(name)).parent) for name in files)]
             answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
-        except Exception as problem:  # a xacro can run any code, and so raise any exception
+        except Exception as problem:  # a xacro can run any code, which can raise any exception
             answer |= _error(problem) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
             answer |= {"is_late": True, "at": _place_of_error(problem)}
@@ -138,7 +138,7 @@ class Expansion:
         return answer | {"read": list(self.files), "calls": self.calls}
 
     def expand(self, xacro: Any, arguments: dict[str, str]) -> Any:
-        """Expand the file and return the XML document, without the banner comment of xacro."""
+        """Expand the file and return the XML document, without the banner comment that xacro adds."""
         xacro.init_stacks(self.file)
         document = xacro.parse(self.text, self.file)
         xacro.process_doc(document, mappings=arguments)
@@ -181,7 +181,7 @@ class Expansion:
                 xacro.filestack.pop()
                 raise NotMarkup(name, problem.diagnostic.message) from None
             text = source.text
-            if text.startswith("<?xml"):  # drop the declared encoding, because the text is already decoded
+            if text.startswith("<?xml"):  # remove the encoding declaration, because the text is decoded
                 end = text.find("?>") + 2
                 text = '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
             made = own_parse(text, filename)
@@ -197,11 +197,11 @@ class Expansion:
         own_extension = xacro.eval_extension
 
         def extension(text: str) -> Any:
-            xacro.substitution_args_context["filename"] = xacro.filestack[-1]  # for $(dirname); xacro 2.1.1 lacks it
+            xacro.substitution_args_context["filename"] = xacro.filestack[-1]  # for $(dirname); missing in xacro 2.1.1
             return own_extension(text)
 
         xacro.eval_extension = extension
-        # Copied elements keep the source position of the original, with the number of the current macro call.
+        # Copied elements keep the source position of the original, but get the index of the current macro call.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call
         sys.setrecursionlimit(sys.getrecursionlimit() * 3 // 2)  # the wrapper adds a stack frame to each macro call
@@ -229,7 +229,7 @@ class Expansion:
 
 
 def _keep_call(root: Any) -> None:
-    """Replace the <rosorin-call> element with its content; remove links that are created outside of the macro call."""
+    """Replace <rosorin-call> with its content; remove links and joints that are created outside of the call."""
     (call,) = root.getElementsByTagName(CALL)
     outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
     if any(node.tagName == "link" for node in outside):
@@ -251,7 +251,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
     """Convert an absolute file name to a ``package://`` URI, or to a path relative to the last file in ``files``.
 
     ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``; ``$(dirname)/a.stl`` outside of any package
-    becomes a name relative to the xacro.
+    becomes a path relative to the xacro. A file outside of these folders keeps its name.
     """
     path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
     if not Path(path).is_absolute():
@@ -270,7 +270,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 
 def _error(problem: BaseException) -> dict[str, Any]:
-    """Convert an exception to an error answer with the root cause, because xacro wraps exceptions."""
+    """Convert the root cause of an exception to keys of the answer; xacro wraps exceptions."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": cause.args[0]}
@@ -284,7 +284,7 @@ def _error(problem: BaseException) -> dict[str, Any]:
 
 
 def causes(problem: BaseException) -> Iterator[BaseException]:
-    """Yield an exception and its chain of causes."""
+    """Yield an exception, and all exceptions that caused it."""
     visited: set[int] = set()
     waiting: list[BaseException | None] = [problem]
     while waiting:
@@ -296,13 +296,13 @@ def causes(problem: BaseException) -> Iterator[BaseException]:
 
 
 def elements(document: minidom.Document) -> Iterator[Any]:
-    """Yield the elements of a document in document order."""
+    """Yield all elements of an XML document in document order."""
     root: Any = document.documentElement
     yield from (root, *root.getElementsByTagName("*"))
 
 
 def _place_of_error(problem: BaseException) -> Place | None:
-    """Return the source position of the failing element; for endless recursion, of the outermost element."""
+    """Return the source position of the innermost element in a traceback (outermost for endless recursion), or None."""
     found: list[Place | None] = []
     for frame, _ in walk_tb(problem.__traceback__):
         if frame.f_globals.get("__name__", "").startswith("xacro"):
@@ -312,7 +312,7 @@ def _place_of_error(problem: BaseException) -> Place | None:
 
 
 def _place(node: Any) -> Place | None:
-    """Return the source position of an XML node, or of its closest ancestor if xacro created the node."""
+    """Return the source position of an XML node, or of the closest ancestor that has a position, or None."""
     while node is not None and not hasattr(node, MARK):
         node = node.parentNode
     return getattr(node, MARK, None)

@@ -1,4 +1,4 @@
-"""Convert links and joints of a xacro to entries of a description, and macros in them to functions under ``let``.
+"""Convert links and joints of a xacro to entries of a description, and macros in links and joints to ``let`` functions.
 
 Elements in ``<xacro:if>`` and ``<xacro:unless>`` are alternatives. They are merged key by key: equal values are written
 once, and different values become ``${A if CONDITION else B}``. This module runs in the child process.
@@ -37,7 +37,7 @@ _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller"
 _LISTS = ("visual", "collision", "urdf_elements")
 _ZEROS = {"origin": ("xyz", "rpy"), "inertia": ("ixy", "ixz", "iyz")}
 
-Item = tuple[str, Any, ast.expr | None]  # (key of an entry, value, condition or None if unconditional)
+Item = tuple[str, Any, ast.expr | None]  # (key of an entry, value, condition or None for always)
 _WIDTH = 90
 IF = Verbatim("if")
 _NUMBER = re.compile(r"-?[\d.]+(e[-+]?\d+)?( [a-z/]+)?")
@@ -48,7 +48,7 @@ Alternative = tuple[Any, Condition]
 
 
 class Entries:
-    """Converts XML elements to entries of a description; ``inner`` has the comments in the current element."""
+    """Converts XML elements to entries of a description; ``inner`` has the comments inside the current element."""
 
     def __init__(self, values: Values, write_macro: Callable[[Macro], dict[str, Any]]) -> None:
         self.values = values
@@ -76,14 +76,14 @@ class Entries:
         return made
 
     def condition(self, node: If) -> ast.expr:
-        """Return the condition of an <xacro:if> or <xacro:unless> as an expression."""
+        """Return the condition under which the content of an <xacro:if> or <xacro:unless> exists."""
         made = node.test.as_flag() if node.holds else negate(node.test.as_flag())
         if fold(made) is None:
             self.values.expression_text(made)
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
-        """Convert the child nodes of an element with the tag ``level``, such as "link", to (key, value, condition)."""
+        """Convert the content of an element such as <link> (``level`` is its tag) to (key, value, condition) tuples."""
         items: list[Item] = []
         for node in nodes:
             if isinstance(node, Comment):
@@ -99,7 +99,6 @@ class Entries:
         return items
 
     def _piece(self, node: Element, level: str) -> Iterator[Item]:
-        """Convert a child of an element with the tag ``level``, such as "link", to (key, value, condition) tuples."""
         tag, values = node.tag, self.values
         if level == "link" and tag == "inertial":
             yield tag, self.finish(self.fragment(node.body, tag)), None
@@ -146,7 +145,7 @@ class Entries:
             raise Untranslatable(f"<{tag}> in <{level}> has no word")
 
     def finish(self, items: list[Item]) -> dict[str, Any]:
-        """Build an entry from (key, value, condition) tuples; merge several values of a key. Raises Failed."""
+        """Build an entry from (key, value, condition) tuples. Raises Untranslatable if values cannot be merged."""
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
@@ -163,7 +162,7 @@ class Entries:
         return in_order(made)
 
     def _numbers(self, node: Element) -> dict[str, Any]:
-        """Return the numeric attributes of an element, without zero origins, zero products of inertia and scale 1."""
+        """Return the numeric attributes of an element, except for zeros and mesh scales that are the default."""
         made: dict[str, Any] = {}
         for name, (count, attribute_unit) in ATTRIBUTES[node.tag].items():
             pieces = node.attributes.get(name)
@@ -187,7 +186,10 @@ class Entries:
         return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
-        """Convert a macro in a link, joint or XML to a ``let`` function; return (body, keys). Raises Failed."""
+        """Convert a macro that is called in a link, joint or other element to the value of a ``let`` function.
+
+        Returns (value, entry that the macro creates or {} for XML). Raises Untranslatable if that is impossible.
+        """
         self.inner = []
         if macro.level == "xml":
             text = "\n".join(self._lines(macro.body, ""))
@@ -199,7 +201,6 @@ class Entries:
         return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
-        """Return (key, value, None for no condition) for each key that a macro call adds to an entry."""
         entry, text = self.write_macro(call.macro), self.call_text(call)
         items: list[Item] = []
         for key in entry:
@@ -210,7 +211,7 @@ class Entries:
         return items
 
     def _sole_call(self, node: Element) -> Any:
-        """Return an expression if the only content of an element is a macro call that sets several keys, else None."""
+        """Return an expression if the element only contains a call of a macro that sets several keys, else None."""
         body = [one for one in node.body if not isinstance(one, Comment)]
         if len(body) == 1 and isinstance(body[0], Element) and body[0].tag == "geometry":
             body = [one for one in body[0].body if not isinstance(one, Comment)]
@@ -219,7 +220,7 @@ class Entries:
         return Expression(f"${{{self.call_text(body[0])}}}")
 
     def xml(self, node: Element) -> Any:
-        """Format an element as XML for the description; return an Expression if the text has computed values."""
+        """Format an element as XML text for the description; return an Expression if the text depends on variables."""
         lines = self._lines([node], "")
         whole = "".join(line.strip() for line in lines)
         if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
@@ -228,7 +229,6 @@ class Entries:
         return Expression(text) if "${" in text else text
 
     def _lines(self, nodes: list[Any], pad: str) -> list[str]:
-        """Format nodes as lines of XML, indented by ``pad``. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
             text = ""
@@ -246,7 +246,7 @@ class Entries:
         return lines
 
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
-        """Format a conditional element as XML lines; ``following`` may begin with the opposite condition."""
+        """Format a conditional element as XML lines; ``following`` may start with the else branch."""
         condition = self.condition(node)
         decided = fold(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
@@ -289,7 +289,7 @@ def _is_opposite(one: Any, other: Any) -> bool:
 
 
 def conditional(value: Any, when: Condition) -> Any:
-    """Return a value with the key ``if`` for the condition ``when``, or unchanged if ``when`` is None."""
+    """Add the condition ``when`` to a value as the key ``if``; None means unconditional."""
     if when is None:
         return value
     condition = Expression(f"${{{as_text(when)}}}")
@@ -297,7 +297,10 @@ def conditional(value: Any, when: Condition) -> Any:
 
 
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
-    """Merge (value, condition) pairs into one value, or return None if impossible; one of ``sure`` is always true."""
+    """Merge (value, condition) pairs into one value, or return None if that is impossible.
+
+    ``sure`` are conditions of which one always holds. Cases that no pair covers get a default or the key ``if``.
+    """
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]
     if whens.count(None) > 1:
@@ -340,7 +343,7 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
 
 
 def node_of(value: Any) -> ast.expr | None:
-    """Convert a value of a description to an expression tree, or return None for a mapping."""
+    """Convert a value of a description to an expression tree; return None if that is impossible, as for a mapping."""
     if isinstance(value, list):
         items = [node for item in value if (node := node_of(item)) is not None]
         return ast.List(items, ast.Load()) if len(items) == len(value) else None
@@ -363,5 +366,5 @@ def node_of(value: Any) -> ast.expr | None:
 def _parsed(text: str) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
-    except SyntaxError:  # the text is a number with a unit
+    except SyntaxError:  # not Python syntax: a number with a unit
         return ast.Name(text if _NUMBER.fullmatch(text) else f"({text})")

@@ -1,8 +1,8 @@
 """Evaluate xacro expressions and conditions symbolically.
 
-Each expression is translated to the description language and evaluated once with example values. Content that depends
-on an argument stays in the document with its condition, and properties set in it become conditional. This module runs
-in the child process.
+Each expression is translated to the description language and evaluated once with example values. Elements with a
+condition on an argument stay in the document, and properties that they set become conditional expressions. This module
+runs in the child process.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 MAX_FILES = 20
 _ANGULAR = ("acos", "asin", "atan", "atan2", "radians")
-# Python functions and methods that the description language has under the same name.
+# Python functions and methods that have the same name in the description language.
 _FUNCTIONS = """
     abs acos all any asin atan atan2 bool ceil copysign cos cosh degrees enumerate exp float floor fmod gcd hypot int
     isclose len list log log10 log2 max min pow radians range reversed round sin sinh sorted sqrt sum tan tanh trunc zip
@@ -37,13 +37,13 @@ _METHODS = "endswith get items join keys lower replace split startswith strip up
 
 
 class Evaluator:
-    """Evaluates expressions in the scope ``symbols``; with ``arguments``, names are xacro arguments, as in $(eval)."""
+    """Evaluates expressions in the scope ``symbols``; if ``arguments``, names can be arguments, as in $(eval)."""
 
     def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
         self.program, self.symbols, self.arguments = program, symbols, arguments
 
     def eval(self, tree: ast.expr) -> Any:
-        """Evaluate an expression to a symbolic value, function or namespace. Raises Failed, or a Python error."""
+        """Evaluate an expression to a symbolic value, function or namespace. Raises Untranslatable or Python errors."""
         method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
         return method(tree)
 
@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Return a symbolic value: the expression ``node``, with the result of ``tree`` as the example value."""
+        """Combine ``node``, the translation of ``tree``, with an example value; ``items`` are values of subtrees."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -63,7 +63,7 @@ class Evaluator:
         return ir.Symbol(node, value, kind or ir.type_of(value), known)
 
     def _example(self, tree: ast.expr, items: dict[ast.expr, Any]) -> Any:
-        """Evaluate an expression in Python, with the example values of ``items`` in place of these subtrees."""
+        """Evaluate an expression in Python, using the example values of the subtrees in ``items``."""
         names = {one: f"_{index}" for index, one in enumerate(items)}
         examples = {names[one]: ir.example_of(value) for one, value in items.items()}
         value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
@@ -104,7 +104,6 @@ class Evaluator:
         return ir.Symbol(found[0], made.value, made.type, made.known) if found else made
 
     def _boolop(self, tree: ast.BoolOp) -> ir.Symbol:
-        """Evaluate ``and`` or ``or``; constant operands decide the result or are dropped."""
         wins = isinstance(tree.op, ast.Or)
         left: list[ir.Symbol] = []
         for item in tree.values:
@@ -155,7 +154,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return == or != with the constant converted to the type of the other operand, or None if impossible."""
+        """Return == or != with the constant converted to the type of the variable operand, or None if impossible."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None
@@ -210,7 +209,6 @@ class Evaluator:
         return self._function(tree, name, {})
 
     def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, ir.Symbol]) -> ir.Symbol:
-        """Translate the call of a function or method that Python and the description language share."""
         arguments = owner | {one: self._symbol(one) for one in tree.args}
         items = list(arguments.values())
         node: ast.expr = ir.call(name, *(one.node for one in items))
@@ -224,7 +222,7 @@ class Evaluator:
         return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
-        """Evaluate an untranslatable expression with Python. Raises Failed if the expression is not constant."""
+        """Evaluate an untranslatable expression in Python. Raises Untranslatable if it is not constant."""
         own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         items: dict[ast.expr, Any] = {}
@@ -240,7 +238,6 @@ class Evaluator:
 
 
 def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
-    """Copy an expression tree with the subtrees in ``names`` replaced by variables."""
     if isinstance(tree, list):
         return [_with_names(one, names) for one in tree]
     if not isinstance(tree, ast.AST):
@@ -251,7 +248,7 @@ def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
 
 
 def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
-    """Return the symbolic value of ``then if test else other``, simplified if possible."""
+    """Return the symbolic value of the expression ``then if test else other``, simplified if possible."""
     node, is_same = _without_not(test.as_truth())
     if not is_same:
         then, other = other, then
@@ -264,7 +261,7 @@ def choice(test: ir.Symbol, then: ir.Symbol, other: ir.Symbol) -> ir.Symbol:
 
 
 def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
-    """Strip leading ``not`` operators from a condition; the flag is False if that inverts the condition."""
+    """Strip ``not`` operators from a condition; return (condition, False if stripping inverts the condition)."""
     is_same = True
     while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         node, is_same = node.operand, not is_same
@@ -272,7 +269,7 @@ def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
 
 
 class Conditions:
-    """Evaluates conditions of a xacro; ``assumed`` has the values of the conditions around the current element."""
+    """Evaluates <xacro:if> and <xacro:unless>; ``assumed`` has the values of the enclosing conditions."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -300,7 +297,7 @@ class Conditions:
             program.xacro.replace_node(node, by=None)
 
     def _branch(self, node: Any, test: ir.Symbol, holds: bool, macros: Any, symbols: Any) -> None:
-        """Evaluate the content of an undecided condition; properties set in the content become conditional."""
+        """Evaluate the content of a condition that depends on an argument; properties set there become conditional."""
         program, calls, xacro = self.program, self.program.macro_calls, self.program.xacro
         value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = ir.Symbol(test.as_flag(), value, "boolean", False)
@@ -323,7 +320,7 @@ class Conditions:
             if is_endless or any(isinstance(one, ir.Untranslatable) for one in chain):
                 raise (ir.Restart if program.blame([test.node], reason) else ir.Untranslatable(reason)) from None
             program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)
-            for table, values, unevaluated in before:  # undo the branch, because xacro rejects this argument value
+            for table, values, unevaluated in before:  # undo the branch: xacro rejects this value
                 dict.clear(table)
                 dict.update(table, values)
                 table.unevaluated = unevaluated
@@ -350,24 +347,23 @@ class Conditions:
                 dict.__setitem__(table, name, choice(test, then, other))
 
     def _tables(self, table: Any) -> Iterator[Any]:
-        """Yield the scope ``table`` and its enclosing scopes, without the outermost scope."""
         while isinstance(table, self.program.xacro.Table) and table is not table.root:
             yield table
             table = table.parent
 
 
 class NamedFiles:
-    """The packages and YAML files that a translated description refers to."""
+    """The ROS packages and YAML files to which a translated description refers."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.copied: dict[str, str] = {}  # text of each YAML file to copy to the description, by name
-        self.folders: dict[str, str] = {}  # package folders by name
-        self.unfound: dict[str, None] = {}  # packages that need the option --package
+        self.copied: dict[str, str] = {}  # file name -> text of a YAML file to copy to the description
+        self.folders: dict[str, str] = {}  # package name -> folder
+        self.unfound: dict[str, None] = {}  # names of packages that need the option --package
         self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
 
     def finds(self, package: str) -> bool:
-        """Return True if the description can find a ROS package by name. Raises Failed for a missing package."""
+        """Return True if a ROS package can be found from the description. Raises Untranslatable if it is missing."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
             raise ir.Untranslatable(f'the package "{package}" is not found')
@@ -375,7 +371,7 @@ class NamedFiles:
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
-        """Translate ``load_yaml`` to a call of ``load``; the example value is the content of the YAML file."""
+        """Translate ``load_yaml`` to a call of ``load``, with the content of the YAML file as the example value."""
         if name.value is ir.UNKNOWN:
             raise ir.Untranslatable("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))
@@ -389,7 +385,7 @@ class NamedFiles:
         return ir.Symbol(ir.call("load", node), value, ir.type_of(value), name.known)
 
     def name_of(self, pieces: ir.Pieces) -> ir.Pieces:
-        """Convert a YAML file name for the description; a file in a package gets a ``package://`` URI."""
+        """Convert the name of a YAML file for the description: a ``package://`` URI if the package can be found."""
         first = pieces[0] if pieces else ""
         if not isinstance(first, ir.Symbol) or not first.package:
             return pieces
@@ -401,7 +397,7 @@ class NamedFiles:
         return name if not name.startswith("package://") or self.finds(package) else rest
 
     def _copy(self, name: str) -> str:
-        """Return the name of a YAML file in the description; copy the file if its package cannot be found."""
+        """Return the file name to use in the description; copy the file if its package cannot be found."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" in name or name.startswith("/"):
             name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))
@@ -411,12 +407,12 @@ class NamedFiles:
         if not name.startswith("package://"):
             if Path(name).is_absolute() or ".." in Path(name).parts:
                 raise ir.Untranslatable(f"{Path(name).name} is not a file of the xacro or its packages")
-            with suppress(OSError, ValueError):  # skip an unreadable file, which xacro reports
+            with suppress(OSError, ValueError):  # xacro reports unreadable files
                 self.copied[name] = files.read_text(Path(path))
         return name
 
     def _candidates(self, name: ir.Symbol) -> list[str]:
-        """Find the files that match a name with arguments; record the argument values that select them."""
+        """Find the files that a name with arguments can match; record the matching values as ``candidates``."""
         pattern, form, variables = "", "", []
         for piece in ir.pieces_of(name):
             variable = piece.variable if isinstance(piece, ir.Symbol) else None

@@ -34,7 +34,7 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, na
 from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
-MAX_SECONDS = 30  # of CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
+MAX_SECONDS = 30  # CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
 _PATIENCE, _START = 4, 60  # wall-clock limit: _PATIENCE * CPU limit + _START, in seconds
 _MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # environment variable; "1" means that all files are trusted
@@ -47,29 +47,29 @@ _CHILD = (
     "main()\n"
 )
 _SYMBOLIC = _CHILD.replace(".child", ".program")
-# Xacro elements that create no output, and those that create output; other xacro elements are macro calls.
+# Names of xacro elements without output (_DEFINING) and with output (_MAKING); other names are macro calls.
 _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
-_HELPS = {  # help texts by pattern of a xacro error message; {0} is the matched name
+_HELPS = {  # regular expression for xacro error messages -> help text; {0} is the first group
     r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
     r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
 }
-# The beginnings of lines that ``xacro.print_location`` prints, which are not shown to the user.
+# Lines that start with these words are printed by ``xacro.print_location`` and not reported.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
 
 class _Origins:
-    """Maps elements of an expanded document to the xacro files and macro calls that they come from."""
+    """Maps elements of an expanded document to the xacro elements and macro calls that created them."""
 
     def __init__(self, answer: Mapping[str, Any], document: Document, path: Path) -> None:
         self.calls: Sequence[Place] = answer.get("calls", ())
-        self.elements: dict[int, dict[int, Element]] = {}  # elements by file number and offset in the file
+        self.elements: dict[int, dict[int, Element]] = {}  # file -> offset -> element
         for number, name in enumerate(answer.get("read", ())):
-            with suppress(MarkupError):  # skip a file that was changed or removed since
+            with suppress(MarkupError):  # skip a file that was changed or removed after the expansion
                 is_entry = os.path.abspath(name) == os.path.abspath(path)
                 opened = document if is_entry else parse(read_source(Path(os.path.normpath(name))))
                 self.elements[number] = {element.start: element for element in opened.root.iter()}
@@ -78,7 +78,7 @@ class _Origins:
         return None if place is None else self.elements.get(place[0], {}).get(place[1])
 
     def via(self, place: Place) -> tuple[Related, ...]:
-        """Return the macro calls that created an element, innermost first."""
+        """Return notes on the macro calls that created an element, innermost first."""
         found: list[Related] = []
         call = place[2]
         while call >= 0 and len(found) < _MOST_RELATED:
@@ -89,7 +89,7 @@ class _Origins:
         return tuple(found)
 
     def connect(self, made: Document, places: Sequence[Place | None], otherwise: Span) -> None:
-        """Map spans of the expanded document ``made`` to the xacro files, or to ``otherwise`` if unknown."""
+        """Map spans of the expanded document ``made`` to xacro files; spans of unknown origin become ``otherwise``."""
         elements = list(made.root.iter())
         starts = [element.start for element in elements]
 
@@ -111,7 +111,6 @@ class _Origins:
 
 
 def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> Span:
-    """Map a position in a start tag of the expanded document to the start tag of the original element."""
     for name, attribute in element.attributes.items():
         source = origin.attributes.get(name)
         if source is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):
@@ -123,20 +122,20 @@ def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> 
 
 
 def is_xacro(document: Document, path: Path) -> bool:
-    """Return True if a document has xacro elements or attributes, or declares xacro and contains ${} or $()."""
+    """Return True if a document has xacro elements or attributes, or declares the prefix and contains ${} or $()."""
     elements = document.root.iter() if "xacro:" in document.source.text else ()
     if any(name.startswith("xacro:") for element in elements for name in (element.tag, *element.attributes)):
         return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
-    # Ignore comments, because expanded files also declare the prefix, and often contain unexpanded comments.
+    # Ignore comments, because files expanded by xacro declare the prefix and keep expressions in comments.
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
 
 
 def _only_left_over(document: Document, path: Path) -> bool:
     """Return True if a .urdf file is expanded, except for leftover xacro elements, which URDF parsers ignore.
 
-    Such a file has links, and no expressions outside of the leftover elements. A leftover element may also call an
-    undefined macro. If the prefix is not declared, xacro cannot read the file at all.
+    The file must have links, and no expressions outside of xacro elements. Calls of undefined macros are also leftover.
+    If the xacro prefix is not declared, xacro cannot read the file at all.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
         return False
@@ -151,7 +150,7 @@ def _only_left_over(document: Document, path: Path) -> bool:
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> ImportedRobot:
-    """Read the robot in a xacro file, or in a URDF with leftover xacro elements."""
+    """Expand a xacro file and read the robot; a URDF with leftover xacro elements is read without xacro."""
     if options.call is None and _only_left_over(document, path):
         left_over = read_urdf(document, path, options)
         if left_over.tree is not None:
@@ -220,13 +219,13 @@ def _errors(
     options: ReadOptions,
     files: Sequence[Path],
 ) -> list[Diagnostic]:
-    """Return the errors that prevented the expansion of a file, or the error for an undeclared argument."""
+    """Return the errors that prevented the expansion of a file, or an error for an undeclared argument."""
     first = document.root.span
     if "absent" in answer:
         message = "xacro, which expands .xacro files, is not installed"
         return [error("extra-missing", message, first, system.pip_install("import"))]
     missing = answer.get("package")
-    if "markup" not in answer and missing is None:  # an argument may be declared in a file that was not read
+    if "markup" not in answer and missing is None:  # all files were read: report undeclared arguments
         known: set[str] = set()
         for file in files:
             with suppress(MarkupError):
@@ -243,9 +242,9 @@ def _errors(
             stack.append(Document(read_source(Path(os.path.normpath(name)))))
     element = origins.element(answer.get("at"))
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
-    text = re.sub(r"^(.+) \1$", r"\1", text)  # remove the repetition in some xacro messages
+    text = re.sub(r"^(.+) \1$", r"\1", text)  # some xacro messages repeat themselves
     span = stack[-1].span(0) if element is None else element.span
-    if element is not None:  # narrow the span to the word that the error mentions
+    if element is not None:  # narrow the span to the word in the message
         tag = element.document.source.text[element.start : element.opened]
         names = [*_EXPRESSION.findall(text), *re.findall(r"'([^']+)'", text), text.rpartition(" ")[2]]
         words = [form.format(name) for name in ([missing] if missing else names) for form in _FORMS]
@@ -270,7 +269,7 @@ def _errors(
 
 
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
-    """Return the error for a macro that creates no link, or for a file that only defines macros."""
+    """Return the error if a macro creates no link, or if a file only defines macros, else None."""
     if options.call is not None:
         message, span = f'the macro "{options.call["macro"]}" creates no link', options.call.value_spans["macro"]
         return error("no-links", message, span, "call a macro that creates links")
@@ -280,7 +279,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _without_mount(tree: Map, mount: str) -> Map:
-    """Remove the link ``mount`` of the including robot, to which a macro is attached, from the expanded robot."""
+    """Remove ``mount``, a link of the including robot to which a macro attaches its links, from the expanded robot."""
     made = tree.copy()
     made["links"] = made["links"].copy()
     del made["links"][mount]
@@ -293,7 +292,6 @@ def _without_mount(tree: Map, mount: str) -> Map:
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield a warning if XML elements contain absolute paths into ``folders``."""
     found: list[tuple[str, Span]] = []
     for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
         values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
@@ -307,7 +305,6 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 
 def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
-    """Convert the text that xacro printed during the expansion to notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
     return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]
@@ -316,7 +313,7 @@ def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
 def _expand(
     path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None, text: str | None = None
 ) -> dict[str, Any]:
-    """Expand a xacro file (or ``text``) in a child process; with ``plan``, translate it. Return the JSON answer."""
+    """Expand a xacro file or ``text`` in a child process, or translate it with ``plan``. Return the JSON answer."""
     setting = os.environ.get("ROSORIN_COMPILE_XACRO_SECONDS", "")
     seconds = (int(setting) if re.fullmatch("[0-9]{1,8}", setting) else 0) or MAX_SECONDS
     request = {
@@ -340,7 +337,7 @@ def _expand(
             check=False,
         )
         output = child.stderr.decode("utf-8", "replace")
-        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # the kernel ended the process at the CPU limit
+        if child.returncode == -getattr(signal, "SIGXCPU", 0) < 0:  # killed by the kernel at the CPU limit
             answer = {"is_late": True}
         else:
             answer = {**json.loads(child.stdout), "printed": output}
@@ -358,10 +355,10 @@ def _expand(
 
 
 def untrusted_files(files: Sequence[Path]) -> list[Path]:
-    """Return the files that neither the environment variable nor the user's list of digests marks as trusted.
+    """Return the files that are not trusted, neither by the environment variable nor by the user's list of digests.
 
-    Trust comes from the person who runs the command; a description cannot grant it. Each line of the list begins with
-    the SHA-256 digest of a file, as ``sha256sum`` prints it. A file that cannot be read is not trusted.
+    Only the person who runs the command can trust a file; a description cannot. Each line of the list begins with the
+    SHA-256 digest of a file, in the format of ``sha256sum``. A file that cannot be read is not trusted.
     """
     if os.environ.get(_TRUST) == "1":
         return []

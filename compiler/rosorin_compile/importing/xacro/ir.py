@@ -1,8 +1,8 @@
 """The intermediate representation of a xacro: values, and nodes such as macros, calls, conditions and elements.
 
-A value is a ``Symbol``: an expression of the description language with an example of the value that xacro computes.
+A symbolic value (``Symbol``) is an expression of the description language with an example value, computed by xacro.
 Expressions are Python syntax trees; the node of a variable has the attribute ``variable``. The type of a symbol is the
-type of its expression; the value in xacro may be a string instead. Properties, arguments and parameters are
+type of the expression; the value in xacro may be a string instead. Arguments, properties and macro parameters are
 ``Variable``s; XML blocks become parameters. ``nodes_of`` converts a symbolically evaluated document to nodes.
 """
 
@@ -24,17 +24,17 @@ from ..description import free_name
 from .child import MARK, Place
 
 COMMENTS = "rosorin_comments"  # attribute of an XML element that stores the comments before it
-TOKEN = re.compile("\ua657(\\d+)\ua657")  # stands for a ``Symbol`` in a string; the letter is from an unused script
-UNKNOWN = object()  # the example of a ``Symbol`` if the value cannot be computed
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # placeholder for a ``Symbol`` in a string; the letter is rarely used
+UNKNOWN = object()  # example value of a ``Symbol`` that cannot be computed
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
-_OUTSIDE = ("find", "load", "error")  # functions that read files or raise errors and cannot be folded
+_OUTSIDE = ("find", "load", "error")  # functions that are not constant: they read files or raise errors
 _NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
 
 Pieces = list[Any]  # strings and ``Symbol``s that are concatenated
 
 
 class Untranslatable(Exception):
-    """A value cannot be expressed in the description language; ``nodes`` are the expressions that cause this."""
+    """A value cannot be expressed in the description language; ``nodes`` are the expressions at fault."""
 
     def __init__(self, reason: str, *nodes: ast.AST) -> None:
         super().__init__(reason)
@@ -42,7 +42,7 @@ class Untranslatable(Exception):
 
 
 def literal(text: Any) -> Any:
-    """Convert a string to a number or boolean as xacro does, or return it unchanged."""
+    """Convert a string to a number or boolean by the rules of xacro, or return the value unchanged."""
     if not isinstance(text, str) or "_" in text:
         return text
     for kind in (int, float):
@@ -54,7 +54,7 @@ def literal(text: Any) -> Any:
 
 
 def plain_node(value: Any) -> ast.expr:
-    """Convert a Python value to an expression. Raises Failed if the description language has no such value."""
+    """Convert a Python value to an expression. Raises Untranslatable if the description language has no such value."""
     if value is None or isinstance(value, bool):
         return ast.Name({None: "none", True: "true", False: "false"}[value], ast.Load())
     if isinstance(value, (list, tuple)):
@@ -71,7 +71,7 @@ def plain_node(value: Any) -> ast.expr:
 
 
 def number_in(text: str) -> int | float:
-    """Parse a finite number from a string. Raises Failed if the string is not a number."""
+    """Parse a finite number from a string. Raises Untranslatable if the string is not a number."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Untranslatable(f'"{text[:40]}" is not a number')
@@ -79,7 +79,7 @@ def number_in(text: str) -> int | float:
 
 
 def number_node(text: str) -> ast.expr:
-    """Convert a string with a number to an expression. Raises Failed if the string is not a number."""
+    """Convert a string with a number to an expression. Raises Untranslatable if the string is not a number."""
     value = number_in(text)
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
         value = int(value)
@@ -105,7 +105,7 @@ def negate(node: ast.expr) -> ast.expr:
 
 
 def all_of(*nodes: ast.expr | None) -> ast.expr | None:
-    """Join conditions with ``and``, where None is true; return None if the result is always true."""
+    """Join conditions with ``and``, where None is true. Return None if the result is always true."""
     found: dict[str, ast.expr] = {}
     for node in nodes:
         decided = True if node is None else fold(node)
@@ -117,7 +117,7 @@ def all_of(*nodes: ast.expr | None) -> ast.expr | None:
 
 
 def fold(node: ast.expr) -> Any:
-    """Evaluate a constant expression, or return None if it is not constant."""
+    """Evaluate a constant expression. Return None if the expression is not constant."""
     names = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
     is_open = any(name in _OUTSIDE or (name not in CONSTANTS and name not in functions()) for name in names)
     if not is_open and not any(variables_in([node])):
@@ -141,13 +141,16 @@ def variables_in(nodes: Iterable[ast.AST]) -> Iterator[Any]:
 
 
 def usable(name: str, taken: Iterable[str], shadows: bool = False) -> str:
-    """Convert ``name`` to a valid variable name that is not ``taken``; ``shadows`` allows names of functions."""
+    """Convert ``name`` to a valid variable name that is not in ``taken``.
+
+    Names of functions are only allowed if ``shadows`` is True.
+    """
     reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *CONSTANTS, "rad", "deg", *kwlist, *taken}
     return free_name(re.sub(r"\W", "_", name, flags=re.ASCII) or "value", reserved)
 
 
 class Restart(Exception):
-    """The translation has to start again, because a macro or an argument cannot be translated."""
+    """The translation must start again without a macro or argument that cannot be translated."""
 
 
 @dataclass(eq=False)
@@ -157,35 +160,35 @@ class Variable:
     kind: str
     name: str
     ours: str  # name in the description
-    value: Any  # an example value in xacro
+    value: Any  # example value
     type: str
     symbol: Symbol | None = None  # value of a property, or default of an argument
-    owner: str = ""  # key of the macro that has the parameter or property
+    owner: str = ""  # key of the macro to which the parameter or property belongs
     place: Any = None
     comments: list[str] = field(default_factory=list)
-    candidates: list[Any] = field(default_factory=list)  # values with which conditions compare the variable
+    candidates: list[Any] = field(default_factory=list)  # values that conditions compare with the variable
     environment: bool = False
-    names_file: bool = False  # True if it occurs in the name of a loaded YAML file
-    names_mesh: bool = False  # True if it is the name of a mesh or texture file
-    printed: bool = False  # True if it is inserted into a string
+    names_file: bool = False  # True if the name of a loaded YAML file contains the variable
+    names_mesh: bool = False  # True if the value is the name of a mesh or texture file
+    printed: bool = False  # True if the value is inserted into a string
     used: bool = False
-    digits: str = ""  # the number as written in the source
+    digits: str = ""  # the number in the format of the source
 
     @property
     def node(self) -> ast.expr:
-        """A syntax tree node that reads the variable."""
+        """A syntax tree node that refers to the variable."""
         made = ast.Name(self.ours, ast.Load())
         made.variable = self  # type: ignore[attr-defined]
         return made
 
 
 class Symbol:
-    """A symbolic value: an expression of the description language, its type, and an example computed by xacro.
+    """A symbolic value: an expression of the description language, its type, and an example value.
 
-    If ``known``, the value is constant and equal to the example. ``pieces`` are the parts of a concatenated string.
+    If ``known`` is True, the expression is constant. ``pieces`` are the parts of a concatenated string.
     """
 
-    tokens: list[Symbol] = []  # all symbols that occur in strings, by token number  # noqa: RUF012
+    tokens: list[Symbol] = []  # symbols by the number in their ``TOKEN``  # noqa: RUF012
 
     def __init__(self, node: ast.expr | None, value: Any, kind: str, known: bool, pieces: Pieces | None = None) -> None:
         self._node, self.value, self.type, self.known, self.pieces = node, value, kind, known, pieces or []
@@ -205,7 +208,7 @@ class Symbol:
 
     @property
     def variable(self) -> Variable | None:
-        """The variable if the expression is only a variable name, else None."""
+        """The variable if the expression is just a variable name, else None."""
         return getattr(self._node, "variable", None)
 
     @property
@@ -223,7 +226,7 @@ class Symbol:
 
     @property
     def declared_type(self) -> str:
-        """The type to declare for a variable with this value: a list for "0 0 1", a boolean for "false"."""
+        """The type to declare for a variable with this value, such as list for "0 0 1" or boolean for "false"."""
         if self.constant in ("true", "false"):
             return "boolean"
         can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
@@ -231,7 +234,7 @@ class Symbol:
         return "list" if is_list else self.type
 
     def as_number(self) -> ast.expr:
-        """Convert the symbolic value to a numeric expression. Raises Failed for a string that is not a number."""
+        """Return the value as a numeric expression. Raises Untranslatable for a string that is not a number."""
         if self.constant is not None:
             return number_node(self.constant)
         if self.pieces:
@@ -239,7 +242,7 @@ class Symbol:
         return call("float", self.node) if self.type == "text" else self.node
 
     def as_flag(self) -> ast.expr:
-        """Convert the symbolic value to a boolean expression, by the rules of xacro conditions."""
+        """Return the value as a boolean expression, converted by the rules of xacro conditions."""
         if self.constant is not None:
             return plain_node(bool(literal(self.constant)))
         if self.type == "boolean":
@@ -251,23 +254,23 @@ class Symbol:
         return call("bool", self.node)
 
     def as_truth(self) -> ast.expr:
-        """Convert the symbolic value to a boolean expression, by the rules of Python."""
+        """Return the value as a boolean expression, converted by the rules of Python."""
         if self.type == "text" and self.constant is None:
             return ast.Compare(self.node, [ast.NotEq()], [ast.Constant("")])
         return plain_node(bool(self.constant)) if self.constant is not None else self.as_flag()
 
     def as_list(self) -> ast.expr:
-        """Convert the symbolic value to an expression for a list of numbers."""
+        """Return the value as an expression for a list of numbers."""
         words = words_of(self.pieces or ([self.constant] if self.constant is not None else []))
         if len(words) > 1:
             return ast.List([_number_of_word(word) for word in words], ast.Load())
         return self.node if self.type == "list" else call("numbers", self.node)
 
     def as_text(self) -> ast.expr:
-        """Convert the symbolic value to a string expression, formatted as xacro prints the value."""
+        """Return the value as a string expression, in the format in which xacro prints the value."""
         if self.pieces or self.constant is not None:
             return self.node
-        if self.type == "boolean" and not isinstance(self.value, str):  # a boolean in a string is printed unchanged
+        if self.type == "boolean" and not isinstance(self.value, str):  # a boolean from a string keeps its spelling
             decided = fold(self.node)
             if isinstance(decided, bool):
                 return ast.Constant(str(decided))
@@ -281,12 +284,12 @@ class Symbol:
 
 
 def symbol_of(value: Any) -> Symbol:
-    """Convert a value to a symbolic value. Raises Failed if the description language has no such value."""
+    """Convert a value to a symbolic value. Raises Untranslatable if the description language has no such value."""
     return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
 
 
 def example_of(value: Any) -> Any:
-    """Return the example of a symbolic value, or any other value unchanged."""
+    """Return the example value of a symbolic value; return any other value unchanged."""
     return value.value if isinstance(value, Symbol) else value
 
 
@@ -296,13 +299,13 @@ def is_known(value: Any) -> bool:
 
 
 def type_of(value: Any) -> str:
-    """Return the name of the type that a Python value has in the description language."""
+    """Return the type name of a Python value in the description language, or "" for other types."""
     kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
 
 
 def join_pieces(pieces: Pieces) -> Any:
-    """Concatenate strings and symbolic values; return a string if all are constant, else a symbolic value."""
+    """Concatenate strings and symbolic values; return a string if the result is constant, else a symbolic value."""
     made: Pieces = []
     for piece in pieces:
         for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
@@ -321,13 +324,13 @@ def join_pieces(pieces: Pieces) -> Any:
 
 
 def pieces_of(value: Any) -> Pieces:
-    """Split a string or symbolic value into the strings and symbolic values that it concatenates."""
+    """Return the strings and symbolic values of which a string or symbolic value is composed."""
     text = value.constant if isinstance(value, Symbol) else value
     return ([text] if text else []) if text is not None else value.pieces or [value]
 
 
 def with_tokens(text: str) -> Any:
-    """Replace tokens in a string with the symbolic values that they represent; return a string or symbolic value."""
+    """Replace the ``TOKEN`` placeholders in a string with symbolic values; return a string or a symbolic value."""
     parts = TOKEN.split(text)
     return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
@@ -380,7 +383,7 @@ class Element:
 
 @dataclass(eq=False)
 class Call:
-    """The call of a translated macro; ``given`` has (value, True if it is the default) by parameter."""
+    """The call of a translated macro; ``given`` has (value, True if the value is the default) by parameter name."""
 
     macro: Macro
     given: dict[str, tuple[Symbol, bool]]
@@ -390,7 +393,7 @@ class Call:
 
 @dataclass(eq=False)
 class If:
-    """An <xacro:if> or <xacro:unless>: ``body`` exists only if the condition ``test`` equals ``holds``."""
+    """An <xacro:if> or <xacro:unless>: the nodes ``body`` exist only if the value of ``test`` is ``holds``."""
 
     test: Symbol
     holds: bool
@@ -399,7 +402,7 @@ class If:
 
 @dataclass(eq=False)
 class Words:
-    """The text in an XML element."""
+    """Text content of an XML element."""
 
     pieces: Pieces
 
@@ -413,7 +416,10 @@ class Comment:
 
 @dataclass(eq=False)
 class Macro:
-    """A translated macro: a part if ``level`` (the tag around its calls) is "robot", else a ``let`` function."""
+    """A translated macro; ``level`` is the tag of the element that contains the calls.
+
+    With the level "robot", the macro becomes a part, otherwise a ``let`` function.
+    """
 
     name: str
     key: str  # source position of the definition, as a string

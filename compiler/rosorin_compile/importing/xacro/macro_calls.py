@@ -1,7 +1,7 @@
 """Handle macro calls during the symbolic execution of a xacro.
 
-The call of a macro that becomes a part or a ``let`` function stays in the document, and the macro body is evaluated
-once, with symbols for its parameters. Other calls are expanded as in xacro. This module runs in the child process.
+If a macro can become a part or a ``let`` function, its calls stay in the document, and its body is evaluated once, with
+symbols for the parameters. Other macros are expanded as in xacro. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless")
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
 
-Names = dict[str, dict[str, str]]  # names of parameters that replace an <origin> block, by block and attribute
+Names = dict[str, dict[str, str]]  # parameters that replace an <origin> block: block -> attribute -> name
 
 
 @dataclass(eq=False)
 class Invocation:
-    """A macro call with its arguments; ``macros`` and ``symbols`` are the scopes of the macro definition."""
+    """A macro call and its arguments; ``macros`` and ``symbols`` are the scopes in which the macro was defined."""
 
     definition: Any
     node: Any
@@ -48,10 +48,10 @@ class Calls:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.macros: dict[str, Macro] = {}  # translated macros by key and level
+        self.macros: dict[str, Macro] = {}  # "key level" -> translated macro
         self.building: list[Macro] = []  # stack of macros whose bodies are being evaluated
-        self.paths: list[str] = [""]  # stack of the element paths around the calls of these macros
-        self.called: dict[str, bool] = {}  # by macro key: True if a call created an element
+        self.paths: list[str] = [""]  # for each macro in ``building``, the path of the element that contains the call
+        self.called: dict[str, bool] = {}  # macro key -> True if any call created an element
 
     def call(self, node: Any, macros: Any, symbols: Any) -> bool:
         """Handle an XML element if it is a macro call; return False for any other element."""
@@ -66,7 +66,7 @@ class Calls:
             own_macros, own_symbols, macro = xacro.resolve_macro(name, macros, symbols)
         except KeyError:
             raise xacro.XacroException(f"unknown macro name: {node.tagName}") from None
-        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # copy, because the macro may be redefined
+        invocation = Invocation(copy(macro), node, own_macros, own_symbols)  # the macro may be redefined
         self.called.setdefault(invocation.key, False)
         path = self._path(node)
         xacro.macrostack.append(invocation.definition)
@@ -81,7 +81,7 @@ class Calls:
         return True
 
     def _path(self, node: Any) -> str | None:
-        """Return the path of the elements around a call, such as link/visual, or None within another macro call."""
+        """Return the path of the element that contains a call, such as link/visual; None inside other macro calls."""
         names: list[str] = []
         node = node.parentNode
         while node.parentNode is not None and node.tagName != "xacro:macro":
@@ -93,11 +93,10 @@ class Calls:
         if node.nodeType == node.ELEMENT_NODE:
             names += [self.paths[-1]] if self.paths[-1] else []
         else:
-            names.pop()  # do not include <robot> in the path
+            names.pop()  # omit <robot>
         return "/".join(reversed(names))
 
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
-        """Evaluate the arguments and blocks of a macro call."""
         program, xacro, macro, node = self.program, self.program.xacro, call.definition, call.node
         parameters = list(macro.params)
         for name, text in node.attributes.items():
@@ -131,7 +130,7 @@ class Calls:
             call.values[name] = program.literal(value)
 
     def _take_blocks(self, call: Invocation) -> Names:
-        """Replace <origin> blocks of a call with parameters; return the parameter names by block and attribute."""
+        """Replace the <origin> blocks of a call with parameters; return {block: {attribute: parameter name}}."""
         names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
@@ -147,12 +146,12 @@ class Calls:
         return names
 
     def inline(self, key: str, reason: str) -> None:
-        """Run the translation again with all calls of this macro expanded. Raises Restart."""
+        """Expand all calls of a macro (for ``reason``) in the next run of the translation. Raises Restart."""
         self.program.inlined[key] = reason
         raise Restart
 
     def _keep(self, call: Invocation, path: str) -> None:
-        """Replace a call with a placeholder element; evaluate the macro body at the first call of the macro."""
+        """Replace a call with a placeholder element; evaluate the macro body if this is the first call."""
         program, key, node = self.program, call.key, call.node
         if any(one.key == key for one in self.building):
             self.inline(key, "it calls itself")
@@ -183,7 +182,6 @@ class Calls:
         program.xacro.replace_node(node, by=made)
 
     def _build(self, macro: Macro, call: Invocation, path: str, values: dict[str, Symbol], blocks: Names) -> None:
-        """Evaluate the body of a macro with symbolic values for its parameters and its <origin> blocks."""
         program = self.program
         table = program.xacro.Table(call.symbols)
         table.rosorin_macro = macro
@@ -206,7 +204,7 @@ class Calls:
         self.called[macro.key] = True
 
     def _evaluated(self, call: Invocation, table: Any, path: str) -> Any:
-        """Evaluate a copy of a macro body inside a new <xacro:macro> element, at which ``_path`` stops."""
+        """Return an evaluated copy of a macro body, inside a new <xacro:macro> element, at which ``_path`` stops."""
         body = call.definition.body.cloneNode(deep=True)
         for name in ("name", "params"):
             if body.hasAttribute(name):
@@ -220,7 +218,6 @@ class Calls:
         return body
 
     def _expand(self, call: Invocation, path: str) -> None:
-        """Expand a macro call in place, as xacro does."""
         xacro, node = self.program.xacro, call.node
         table = xacro.Table(call.symbols)
         table.rosorin_plain = True

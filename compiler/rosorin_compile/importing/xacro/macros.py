@@ -1,7 +1,7 @@
-"""Call macros of vendors' xacro files from a description: parse their parameters, and write the xacro of a call.
+"""Call macros of vendors' xacro files from a description: parse their parameters, and generate xacro text with a call.
 
-Parameters are parsed from the files without running xacro, to validate calls before they run, and to complete names in
-editors.
+Parameters are parsed without running xacro, so that calls can be validated before the file is expanded, and editors can
+complete parameter names.
 """
 
 import glob
@@ -26,26 +26,26 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from .child import CALL
 
-# Default by parameter name, None if the parameter is required. Names of blocks begin with * or **.
+# Parameter name -> default, or None if the parameter is required. Names of blocks begin with * or **.
 Parameters = Mapping[str, "str | None"]
 Values = dict[str, tuple[Any, Span]]
 
-# Usual names of macro parameters for the keys ``parent``, ``xyz`` and ``rpy`` of an include.
+# Usual names of macro parameters that get the keys ``parent``, ``xyz`` and ``rpy`` of an include.
 _PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to")
 _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 _ZERO = "0 0 0"
-# Matches a parameter in the syntax of ``xacro.parse_macro_arg``; "^" inherits a property of the caller.
+# Matches a parameter in the syntax of ``xacro.parse_macro_arg``; the default "^" is a property of the caller.
 _PARAMETER = re.compile(
     r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )
 _PACKAGE = re.compile(r"package://([^/\s]+)")
 _FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
-_EVALUATED = re.compile(r"\$+(?=[{(])")  # an additional dollar sign escapes an expression
+_EVALUATED = re.compile(r"\$+(?=[{(])")  # another dollar sign before ${ or $( escapes an expression
 
 
 class Call(NamedTuple):
-    """The xacro text of a macro call ("" with ``problems``), and the keys of the include that the call uses."""
+    """A macro call as xacro text ("" if there are ``problems``); ``passed`` are the include keys that the call uses."""
 
     text: str = ""
     passed: frozenset[str] = frozenset()
@@ -53,7 +53,7 @@ class Call(NamedTuple):
 
 
 def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
-    """Return the parameters of each macro in a xacro file and its includes; skip includes with computed names."""
+    """Return the parameters of each macro in a xacro file and its includes, except includes with computed names."""
     found: dict[str, Parameters] = {}
     waiting, visited = [(document, path)], {os.path.abspath(path)}
     for opened, file in waiting:
@@ -61,7 +61,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
             name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
-            if element.tag == "xacro:macro" and name:  # with several definitions, treat all parameters as optional
+            if element.tag == "xacro:macro" and name:  # if defined again, all parameters are optional
                 merged = {**found.get(name, {}), **parameters}
                 found[name] = {key: default or "" for key, default in merged.items()} if name in found else merged
             if element.tag != "xacro:include" or "ns" in element.attributes:
@@ -71,7 +71,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             target = None if "$" in included else packages.resolve(included, file.parent)
             if target and (place := os.path.abspath(target)) not in visited:
                 visited.add(place)
-                with suppress(MarkupError):  # skip a file with errors, which xacro reports
+                with suppress(MarkupError):  # xacro reports the errors of the file
                     waiting.append((parse(read_source(target)), target))
     return found
 
@@ -85,9 +85,9 @@ def _parameters(text: str) -> dict[str, str | None]:
 
 
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
-    """Return the help for a file that only defines macros: an example include that calls a macro."""
+    """Return the help message for a file that only defines macros: an example of an include that calls a macro."""
     name, parameters = next(iter(macros.items()))
-    passed = (*_POSES, *_DIMENSIONS)  # not required, because an include always passes a pose
+    passed = (*_POSES, *_DIMENSIONS)  # an include always passes a pose
     needed = [key for key, default in parameters.items() if default is None and key not in passed]
     keys = _keys_for([*needed, *(key for key in _PARENTS if key in parameters)])
     entry = ", ".join([f"file: {path.name}", f"macro: {name}", *keys])
@@ -96,7 +96,7 @@ def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
 
 
 def _keys_for(parameters: Iterable[str]) -> list[str]:
-    """Return example keys of an include, such as ``with: {radius: VALUE}``, for macro parameters."""
+    """Return keys of an include that pass the parameters, such as ``with: {radius: VALUE}``, as an example."""
     names = list(parameters)
     values = ", ".join(f"{one.lstrip('*')}: VALUE" for one in names if one not in _PARENTS)
     keys = [f"with: {{{values}}}"] if values else []
@@ -104,7 +104,7 @@ def _keys_for(parameters: Iterable[str]) -> list[str]:
 
 
 def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions) -> Call:
-    """Build the macro call from the keys ``macro``, ``with``, ``parent``, ``xyz`` and ``rpy`` of an include."""
+    """Build the xacro text for an include with the key ``macro``; other keys of ``entry`` become macro arguments."""
     packages = Packages(options.packages, options.environment or os.environ, path)
     macros, name = macros_of(document, path, packages), entry["macro"]
     if name not in macros:
@@ -149,7 +149,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
 
 
 def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:
-    """Return (value and source span by parameter, keys of the include that are used, diagnostics)."""
+    """Return ({parameter: (value, source span)}, keys of the include that are passed, diagnostics)."""
     written, passed, problems = entry.get("with") or Map(entry.span), set[str](), list[Diagnostic]()
     values = {key: (value, written.value_spans[key]) for key, value in written.items() if value is not None}
     name, keys = entry["macro"], [parameter.lstrip("*") for parameter in parameters]
@@ -195,10 +195,10 @@ def _as_text(text: str) -> str:
 
 
 def _literal(value: Any) -> str:
-    """Format a value as a xacro expression without braces and dollars, which xacro would parse."""
+    """Format a value as a Python expression without braces and dollar signs, which xacro would parse."""
     if isinstance(value, dict):
         pairs = (f"({_literal(key)}, {_literal(inner)})" for key, inner in value.items())
-        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # the type of nested mappings from xacro.load_yaml
+        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # the type of mappings from load_yaml
     if isinstance(value, list):
         return f"[{', '.join(map(_literal, value))}]"
     if isinstance(value, str):
@@ -207,7 +207,7 @@ def _literal(value: Any) -> str:
 
 
 def _block(parameter: str, value: Any) -> str:
-    """Format the XML of a block argument such as ``*origin``. Raises ValueError."""
+    """Format a block argument such as ``*origin`` as XML. Raises ValueError if the value is not plain XML."""
     key = parameter.lstrip("*")
     if not isinstance(value, str):
         raise ValueError(f"must be the text of an XML element, not {kind_of(value)}")
@@ -224,7 +224,10 @@ def _block(parameter: str, value: Any) -> str:
 
 
 def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]:
-    """Add the macros and parameters of included xacro files to the schema for editors."""
+    """Return the JSON schema for editors with the macros of included xacro files and their parameters.
+
+    ``roots`` are the paths of the descriptions.
+    """
     found: dict[str, dict[str, Parameters]] = {}
     for root in roots:
         reader = Reader(root, RobotReader())

@@ -24,7 +24,7 @@ MAX_RUNS = 60
 
 
 def main() -> None:
-    """Read a request from stdin and write the translated description to stdout."""
+    """Read a request from stdin, and write the translated description to stdout."""
     child.main(lambda request: Program(request).answer_with_description())
 
 
@@ -34,14 +34,14 @@ class Program(Expansion):
     def __init__(self, request: dict[str, Any]) -> None:
         super().__init__(request)
         self.request = request
-        self.inlined: dict[str, str] = dict(request["inlined"])  # why a macro is expanded, by its source position
-        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # [value, reason] of each replaced argument by name
-        # Results of earlier runs, by macro: parameter types, and properties of callers that become parameters.
+        self.inlined: dict[str, str] = dict(request["inlined"])  # source position of a macro -> why it is expanded
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])  # argument replaced by its value -> [value, reason]
+        # Results of earlier runs: "macro parameter" -> type, and macro -> properties of callers that become parameters.
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
 
     def answer_with_description(self) -> dict[str, Any]:
-        """Translate the file; return the documents of the description, or the error."""
+        """Translate the file; return the JSON answer with the documents of the description, or an error."""
         from .write_yaml import Writer
 
         self.xacro: Any = import_module("xacro")
@@ -66,8 +66,8 @@ class Program(Expansion):
         ir.Symbol.tokens.clear()
         self.variables: list[ir.Variable] = []
         self.arguments: dict[str, ir.Variable] = {}
-        self.constants: dict[str, Any] = {}  # values of replaced arguments by name
-        self.refused: dict[ir.Variable, str] = {}  # error message by variable that has a value rejected by xacro
+        self.constants: dict[str, Any] = {}  # replaced argument -> value
+        self.refused: dict[ir.Variable, str] = {}  # variable -> xacro error for another value of the variable
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.macro_calls, self.conditions, self.named = Calls(self), Conditions(self), NamedFiles(self)
@@ -77,7 +77,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Exclude macros, or else arguments, in expressions from the next run; return False if there are none."""
+        """Exclude the macros (or arguments) in expressions from the next run; return False if there are none."""
         variables: dict[ir.Variable, None] = {}
         waiting = list(ir.variables_in(nodes))
         while waiting:
@@ -95,7 +95,7 @@ class Program(Expansion):
     def variable(
         self, kind: str, name: str, value: Any, declared_type: str, macro: ir.Macro | None = None
     ) -> ir.Variable:
-        """Create a variable with a name that is unique in its scope."""
+        """Create a variable of the kind "argument", "parameter" or "let", with a name that is unique in its scope."""
         own, owner = (set(), "") if macro is None else (macro.names, macro.key)
         taken = {"argument": set(), "parameter": own, "let": own | self.names}[kind]
         made = ir.Variable(kind, name, ir.usable(name, taken, kind == "argument"), value, declared_type, owner=owner)
@@ -106,13 +106,13 @@ class Program(Expansion):
         return made
 
     def literal(self, value: Any) -> Any:
-        """Convert a string to a number, boolean or unquoted string, as xacro does for property values."""
+        """Convert a property value to a number or boolean, or remove quotes around the string, as xacro does."""
         if not isinstance(value, ir.Symbol):
             return self.own_literal(value)
         made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
         if made is value.value or (isinstance(made, str) and made == value.value):
             return value
-        if isinstance(made, str):  # the string was quoted: remove the quotes
+        if isinstance(made, str):  # remove the quotes
             first, *inner, last = value.pieces or ["", "", ""]
             return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
         if isinstance(made, bool):
@@ -120,14 +120,14 @@ class Program(Expansion):
         return ir.Symbol(value.as_number(), made, "number", value.known)
 
     def note_comparison(self, items: list[ir.Symbol]) -> None:
-        """Record the values that arguments are compared with, to verify the translation for these values."""
+        """Record values to which arguments are compared; the translation is verified for each recorded value."""
         texts = [text for one in items for text in (one.value if isinstance(one.value, (list, tuple)) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
         for variable in filter(None, (one.variable for one in items)):
             variable.candidates += texts
 
     def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
-        """Declare a xacro argument, or an environment variable that becomes an argument."""
+        """Declare a xacro argument, or an environment variable that becomes an argument of the description."""
         if name not in self.arguments:
             text = str(ir.example_of(default))
             kind = ir.type_of(ir.literal(text))
@@ -139,7 +139,7 @@ class Program(Expansion):
         made.comments = made.comments or getattr(node, ir.COMMENTS, [])
 
     def argument(self, name: str) -> Any:
-        """Return the symbolic value of a xacro argument, or the constant value of a replaced argument."""
+        """Return the symbolic value of a xacro argument, or the constant if the argument was replaced by its value."""
         if name in self.fixed:
             return self.constants.get(name, self.fixed[name][0])
         if name not in self.arguments:
@@ -209,7 +209,7 @@ class Program(Expansion):
         return value
 
     def reference(self, table: Any, name: str) -> Any:
-        """Return the value of a property, as a new variable of ``let`` if the description language allows that."""
+        """Return the value of a property, if possible as a reference to a new ``let`` variable."""
         value = table[name]
         macro: ir.Macro | None = vars(table).get("rosorin_macro")
         if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
@@ -224,13 +224,13 @@ class Program(Expansion):
             return value
         first = next(iter(ir.pieces_of(symbol)), None)
         is_variable = symbol.variable is not None and symbol.variable.kind != "let"
-        is_inner = macro is not None and macro.level != "robot"  # a ``let`` function has no properties
+        is_inner = macro is not None and macro.level != "robot"  # a ``let`` function cannot define variables
         if is_variable or is_inner or (isinstance(first, ir.Symbol) and first.package):
             return symbol
         if isinstance(value, float) and value == math.pi:
             return ir.Symbol(ast.Name("pi", ast.Load()), value, "number", True)
         text = ir.as_text(symbol.node)
-        if before is not None and before[1] == text:  # the property was set to the same value again
+        if before is not None and before[1] == text:  # the same value was set again
             read = before[2]
         else:
             made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
@@ -242,7 +242,7 @@ class Program(Expansion):
         return read
 
     def patch(self, xacro: Any) -> None:
-        """Replace the evaluation functions of the xacro library with symbolic functions."""
+        """Replace evaluation functions in the xacro library with symbolic evaluation."""
         self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
         self.own_include, own_boolean = xacro.process_include, xacro.get_boolean_value
         xacro.Table._eval_literal = staticmethod(self.literal)
@@ -252,7 +252,7 @@ class Program(Expansion):
         xacro.get_boolean_value = lambda value, condition: own_boolean(ir.example_of(value), condition)
 
     def take_comments(self, node: Any) -> None:
-        """Remove the comments before a xacro element from the document, and store the comments in the element."""
+        """Move the comments before an element from the document to an attribute of the element."""
         found: list[str] = []
         before, after = node.previousSibling, node.nextSibling
         while before is not None and (_is_blank(before, 1) or before.nodeType == before.COMMENT_NODE):
@@ -262,7 +262,7 @@ class Program(Expansion):
                 taken.parentNode.removeChild(taken)
         if after is not None and _is_blank(after, 0):
             after = after.nextSibling
-        if after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data:  # a trailing comment
+        if after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data:  # on the same line
             found.append(after.data)
             after.parentNode.removeChild(after)
         setattr(node, ir.COMMENTS, [*getattr(node, ir.COMMENTS, []), *found])
@@ -290,7 +290,7 @@ class Program(Expansion):
             child = following
 
     def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
-        """Evaluate an attribute whose value is a name. Raises Failed if the name depends on an argument."""
+        """Evaluate an attribute that contains a name. Raises Untranslatable if the name depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not ir.is_known(name):
             raise ir.Untranslatable("the name of an element or attribute depends on it", name.node)
@@ -315,7 +315,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, default, node)
             elif ir.example_of(default) == self.fixed[name][0] and ir.is_known(default):
-                self.constants.setdefault(name, default)  # prefer the default, which may contain ``find()``
+                self.constants.setdefault(name, default)  # the expression of the default, such as ``find()``
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
             self.insert(node, macros, symbols)
@@ -327,7 +327,6 @@ class Program(Expansion):
             self.eval_all(node, macros, symbols)
 
     def property(self, node: Any, symbols: Any) -> None:
-        """Evaluate <xacro:property>."""
         scope, building = node.getAttribute("scope"), self.macro_calls.building
         if building and (scope == "global" or (scope == "parent" and symbols is building[-1].table)):
             self.macro_calls.inline(building[0 if scope == "global" else -1].key, "it sets a property of its caller")
@@ -338,7 +337,6 @@ class Program(Expansion):
         self.xacro.grab_property(node, symbols)
 
     def insert(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate <xacro:insert_block>."""
         name = node.getAttribute("name")
         key = f"**{name}" if f"**{name}" in symbols else f"*{name}"
         if key not in symbols:
@@ -353,7 +351,6 @@ class Program(Expansion):
         self.xacro.replace_node(node, by=block, content_only=key.startswith("**"))
 
     def include(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Evaluate <xacro:include>."""
         name = self.eval_text(node.getAttribute("filename"), symbols)
         if not ir.is_known(name):
             raise ir.Untranslatable("the file to include is named by it", name.node)
@@ -362,5 +359,4 @@ class Program(Expansion):
 
 
 def _is_blank(node: Any, lines: int) -> bool:
-    """Return True if an XML node is whitespace with at most ``lines`` line breaks."""
     return bool(node.nodeType == node.TEXT_NODE and node.data.isspace() and node.data.count("\n") <= lines)

@@ -1,8 +1,8 @@
 """Translate a xacro to a description that keeps its macros and arguments, and verify it against xacro.
 
-A child process writes the documents (``program``). If a macro cannot be translated, its calls are expanded; an argument
-that cannot be translated is replaced with its value. The result is compiled for combinations of the arguments and
-compared with the output of xacro. If they differ, the next attempt does not keep the macro or argument at fault.
+A child process writes the documents (``program``). Macros that cannot be translated are expanded, and arguments that
+cannot be translated are replaced by their values. The result is compiled for combinations of the arguments and compared
+with the output of xacro. If they differ, the next attempt does not keep the macro or argument at fault.
 """
 
 import itertools
@@ -34,27 +34,27 @@ from .expand import _expand
 from .write_yaml import decode
 
 MAX_ATTEMPTS = 25
-MAX_SECONDS = 45.0  # of CPU time, with child processes
+MAX_SECONDS = 45.0  # CPU time, including child processes
 MAX_COMBINATIONS = 16
-# The sections at the beginning and at the end of a file, in order.
+# The sections at the beginning and at the end of a file, in this order.
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 _TAIL = ("urdf_elements", "accept", "outputs")
 
-Combination = tuple[tuple[str, str], ...]  # (name, value) of each argument that is not the default
+Combination = tuple[tuple[str, str], ...]  # (name, value) of each argument that differs from its default
 _Rows = Sequence[Combination]
 
 
 class Target(NamedTuple):
-    """The destination of a translated description, and intended differences between the description and the xacro."""
+    """The destination of a translated description, and requested differences from the xacro (``name``, ``meshes``)."""
 
     folder: Path
-    schema: str = ""  # path of the schema for editors
+    schema: str = ""  # path of the JSON schema for editors
     name: str | None = None  # new name of the robot
-    meshes: str | None = None  # prefix of relative mesh names
-    shares: bool = False  # if True, include equal files of adjacent descriptions instead of copying them
+    meshes: str | None = None  # prefix for relative mesh file names
+    shares: bool = False  # True to include equal files of sibling descriptions
 
     def address(self, name: str, text: str) -> str:
-        """Return the path for including a file: an equal file in an adjacent description if allowed, else ``name``."""
+        """Return the path for including a file: an equal file of a sibling description if ``shares``, else ``name``."""
         if self.shares and not exists(self.folder / name):
             for path in sorted(self.folder.parent.glob(f"*/{name}")):
                 if read_text(path, errors="replace") == text:
@@ -63,18 +63,18 @@ class Target(NamedTuple):
 
 
 class Translation(NamedTuple):
-    """The text of each file of a description ({} if the translation failed), and the lines of the import report."""
+    """The text of each description file by name ({} if the translation failed), and lines of the import report."""
 
     files: dict[str, str]
     report: Sequence[str]
 
 
 class _Flat(Exception):
-    """The xacro cannot be translated; the message is the reason."""
+    """The xacro cannot be translated, only expanded; the message is the reason."""
 
 
 class _Fault(NamedTuple):
-    """A difference between a translation and xacro, with the arguments for which it occurs."""
+    """A difference between a translation and the output of xacro; ``combination`` has the arguments."""
 
     text: str
     macros: list[list[str]]  # for each difference, the macros that may cause it, innermost first
@@ -84,7 +84,7 @@ class _Fault(NamedTuple):
 def translate(
     path: Path, options: ReadOptions, imported: ImportedRobot, wanted: Outputs, target: Target
 ) -> Translation:
-    """Translate a xacro to a description; if that fails, the ``Translation`` has no files and reports the reason.
+    """Translate a xacro to a description. If that fails, the result has no files, and ``report`` has the reason.
 
     ``imported`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
     ``outputs`` of the description.
@@ -104,13 +104,13 @@ class _Search:
     ) -> None:
         self.path, self.options, self.imported, self.target = path, options, imported, target
         self.outputs = dict(wanted.entries)
-        if "urdf" in self.outputs:  # do not generate Gazebo and ros2_control elements: the xacro has them
+        if "urdf" in self.outputs:  # the xacro has Gazebo and ros2_control elements, so do not generate them
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.robots: dict[Combination, ImportedRobot] = {(): imported}  # robots that xacro generates
+        self.robots: dict[Combination, ImportedRobot] = {(): imported}  # arguments -> robot that xacro generates
         self.inlined: dict[str, str] = {}  # why a macro is expanded, by its source position
         self.fixed: dict[str, list[str]] = {}  # [value, reason] of each replaced argument by name
-        self.began = sum(os.times()[:4])  # CPU time in seconds, with child processes
+        self.began = sum(os.times()[:4])  # CPU time in seconds, including child processes
 
     def run(self) -> Translation:
         failing: Combination | None = None
@@ -125,7 +125,7 @@ class _Search:
             self.inlined, self.fixed = answer["inlined"], answer["fixed"]
             rows, total = _combinations({one["name"]: one["choices"] for one in answer["arguments"]})
             invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
-            every = sorted([*rows, *invented], key=lambda row: row != failing)  # begin with the last failure
+            every = sorted([*rows, *invented], key=lambda row: row != failing)  # the last failure first
             variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
             rejected = {
@@ -152,10 +152,9 @@ class _Search:
         return sum(os.times()[:4]) - self.began > MAX_SECONDS
 
     def expand(self, rows: _Rows, variables: Mapping[str, str]) -> list[Combination]:
-        """Expand the xacro for new combinations of arguments; return the combinations that fail.
+        """Expand the xacro for new combinations of arguments; return the combinations for which xacro fails.
 
-        ``variables`` are the arguments that are environment variables in the xacro. The first two combinations are
-        always expanded, the others only within the time limit.
+        ``variables`` are arguments that are environment variables in the xacro. At the time limit, the method stops.
         """
         for number, row in enumerate(rows):
             if row not in self.robots and (number < 2 or not self.is_late()):
@@ -174,10 +173,10 @@ class _Search:
     def compare(
         self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]
     ) -> list[Combination] | _Fault:
-        """Compare a translation with the output of xacro; return the compared combinations, or the first difference."""
+        """Compare a translation with the output of xacro; return the combinations that are equal, or a difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            stage = Path(name, Description.FOLDER, "robot")  # includes may name adjacent descriptions (../NAME)
+            stage = Path(name, Description.FOLDER, "robot")  # subfolder, so that ../NAME is inside
             for file, text in files.items():
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")
@@ -196,7 +195,7 @@ class _Search:
         return compared
 
     def give_up(self, answer: Mapping[str, Any], fault: _Fault) -> None:
-        """Exclude the macros that cause a fault from the next attempt, else the changed arguments, else everything."""
+        """Exclude the macros that cause a fault from the next attempt, or else the arguments, or else everything."""
         kept = {name: key for name, ours, key in answer["macros"] for name in (name, ours)}
         macros = {kept[found[0]] for names in fault.macros if (found := [name for name in names if name in kept])}
         fixed = [name for name, _ in fault.combination if name not in self.fixed]
@@ -225,7 +224,7 @@ class _Search:
             return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
-        if not answer["copied"]:  # files that load copied YAML files cannot be shared
+        if not answer["copied"]:  # a shared file could not load copied YAML files
             made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
@@ -237,7 +236,7 @@ class _Search:
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
     def acceptances(self) -> list[Any]:
-        """Return the ``accept`` entries of the robots of all combinations, merged by rule and reason."""
+        """Return the ``accept`` entries (suppressed diagnostics) of all expanded robots, merged by rule and reason."""
         made: dict[tuple[str, str], dict[str, Any]] = {}
         for imported in self.robots.values():
             for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
@@ -249,7 +248,6 @@ class _Search:
     def report(
         self, answer: Mapping[str, Any], rows: _Rows, refused: _Rows, compared: _Rows, total: int
     ) -> Iterator[str]:
-        """Yield the lines of the import report about macros, arguments, packages and compared combinations."""
         kept, lost = {key for _, _, key in answer["macros"]}, answer["lost"]
         if kept or lost:
             line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
@@ -286,7 +284,7 @@ class _Search:
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
-    """Return (combinations to compare, all defaults first; number of all combinations)."""
+    """Return (combinations to compare, defaults first; total number of combinations)."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
     total = math.prod(map(len, several.values()))
     if total <= MAX_COMBINATIONS:
@@ -298,7 +296,7 @@ def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combinatio
 
 
 def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> _Fault:
-    """Convert compiler errors to a fault, with the parts and ``let`` functions in which they occur."""
+    """Convert compiler errors to a fault, with the names of the parts and ``let`` functions that cause them."""
     errors = [one for one in diagnostics if has_errors([one])]
     macros: list[list[str]] = []
     for one in errors:
@@ -312,7 +310,7 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
 
 
 def _calls(texts: Sequence[str], made: ImportedRobot) -> list[list[str]]:
-    """Return the macro calls, innermost first, that created each link, joint and element named in ``texts``."""
+    """For each link, joint and element named in ``texts``, return the macros that created it, innermost first."""
     names, tree = set(re.findall(r"[\w./-]+", " ".join(texts))), made.whole
     spans = []
     for section in ("links", "joints"):
@@ -326,7 +324,7 @@ def _calls(texts: Sequence[str], made: ImportedRobot) -> list[list[str]]:
 
 
 def _settled(value: Any) -> Any:
-    """Normalize the XML elements and mesh names of a robot, so that equal robots compare equal."""
+    """Normalize XML elements and mesh file names of a robot, so that equivalent robots compare equal."""
     if not is_dataclass(value) or isinstance(value, type):
         return value
     changes: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Convert symbols and strings of a xacro to values of a description: numbers, lists, strings and file names."""
+"""Convert pieces (strings and symbols to concatenate) of a xacro to values of a description, such as numbers."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _FULL_TURN, _LONG = 6.2832, 20
 
 
 class Values:
-    """Converts values of a xacro to values of a description; ``meshes`` is a prefix for relative mesh names."""
+    """Converts pieces and symbols to values of a description; ``meshes`` is a prefix for relative mesh file names."""
 
     def __init__(self, program: Program, meshes: str | None) -> None:
         self.program, self.meshes = program, meshes
 
     def expression_text(self, node: ast.expr) -> str:
-        """Format an expression, and record the variables and packages that it uses."""
+        """Format an expression, and mark the variables and packages in it as used."""
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
                 name = one.args[0].value  # type: ignore[attr-defined]
@@ -44,12 +44,12 @@ class Values:
         return Expression(f"${{{self.expression_text(node)}}}")
 
     def number(self, pieces: ir.Pieces, unit: str = "") -> Any:
-        """Convert pieces (strings and symbolic values) to a number in ``unit``. Raises Failed if impossible."""
+        """Convert pieces (strings and symbols) to a number in ``unit``. Raises Untranslatable if impossible."""
         symbol = ir.symbol_of(ir.join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: ir.Pieces, count: int, unit: str = "") -> Any:
-        """Convert pieces (strings, symbolic values) to ``count`` numbers in ``unit``. Raises Failed if impossible."""
+        """Convert pieces (strings, symbols) to ``count`` numbers in ``unit``. Raises Untranslatable if impossible."""
         words = ir.words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]
@@ -58,11 +58,10 @@ class Values:
         return self._list(ir.symbol_of(ir.join_pieces(words[0])), unit)
 
     def file(self, pieces: ir.Pieces) -> Any:
-        """Convert pieces (strings and symbolic values) to the file name of a mesh or texture."""
+        """Convert pieces (strings and symbols) to the file name of a mesh or texture."""
         return self.text(self._file_name(pieces))
 
     def _file_name(self, pieces: ir.Pieces) -> ir.Pieces:
-        """Convert the pieces of a file name; a file in a package gets a ``package://`` URI."""
         first = pieces[0] if pieces else ""
         if first == "file://":
             return self._file_name(pieces[1:])
@@ -77,7 +76,7 @@ class Values:
         return [first, *pieces[1:]]
 
     def text(self, pieces: ir.Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
-        """Convert pieces (strings and symbolic values) to a string, or to an Expression if not all are constant."""
+        """Convert pieces (strings and symbols) to a string, or to an Expression if any piece is not constant."""
         made, is_plain = "", True
         for piece in pieces:
             if isinstance(piece, str):
@@ -95,7 +94,7 @@ class Values:
         return made.replace("$${", "${") if is_plain else Expression(made)
 
     def value(self, symbol: ir.Symbol, variable: ir.Variable, unit: str = "") -> Any:
-        """Convert a symbolic value to a value of the description with the type of ``variable``."""
+        """Convert a symbol to a value of the description that has the type of ``variable``."""
         node = symbol.node
         if isinstance(node, ast.Name) and node.id == "none":
             return None
@@ -117,7 +116,7 @@ class Values:
         return self._plain(node)
 
     def argument(self, symbol: ir.Symbol, variable: ir.Variable) -> ast.expr:
-        """Convert a symbolic value to the argument for ``variable`` in the call of a ``let`` function."""
+        """Convert a symbol to an argument for the parameter ``variable`` in the call of a ``let`` function."""
         if variable.names_mesh:
             return ir.joined_node(self._file_name(ir.pieces_of(symbol)))
         if variable.type == "list":
@@ -133,7 +132,7 @@ class Values:
         return self._plain(made, unit) if isinstance(made, ast.List) else self.expression(made)
 
     def _plain(self, node: ast.expr, unit: str = "") -> Any:
-        """Convert an expression to a literal value in ``unit`` if the expression is constant, else to an Expression."""
+        """Convert an expression to a literal value in ``unit`` if it is constant, else to an Expression."""
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             return node.value
         if isinstance(node, ast.Dict):
@@ -151,12 +150,12 @@ class Values:
                 return number(ir.as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
         if unit == ANGLES and isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR:
-            node = inner  # an angle needs no conversion by ``float``
+            node = inner  # omit ``float()``, because the result is an angle
         return self.expression(node)
 
 
 def number(text: str, unit: str) -> Verbatim:
-    """Format the number in ``text`` with ``unit``, angles in degrees if that is exact. Raises Failed for other text."""
+    """Format a number with a unit, angles in degrees if that is exact. Raises Untranslatable for other text."""
     text, value = text.strip(), ir.number_in(text)
     if value == 0:
         return Verbatim("0")

@@ -1,6 +1,6 @@
 """Convert the intermediate representation of a xacro to the documents of a description.
 
-Unused macros, arguments and properties are left out. This module runs in the child process.
+Macros, arguments and properties that are not used are omitted. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from .values import Values, number
 if TYPE_CHECKING:
     from .program import Program
 
-PROBE = "probe_"  # test value for a string argument, which no condition mentions
+PROBE = "probe_"  # test value for string arguments, which no condition contains
 _MARKS: dict[type, str] = {Expression: "$", Verbatim: "#"}
 
 
 class Writer:
-    """Writes YAML for a xacro: ``documents`` has the sections by file, ``remarks`` comments with file and path."""
+    """Converts a xacro to YAML: ``documents`` has sections by file, ``remarks`` has comments by file and path."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -41,12 +41,12 @@ class Writer:
         self.entries = Entries(self.values, self.write_macro)
         self._written: dict[ir.Macro, dict[str, Any]] = {}
         self._macro: ir.Macro | None = None  # the macro whose body is being written
-        self._part: dict[str, Any] = {}  # the entry of this macro in "parts", if it is a part
+        self._part: dict[str, Any] = {}  # the entry in "parts" that is being written
         self._keys: set[str] = set()
         self._alternatives: dict[tuple[int, str], list[Any]] = {}
 
     def answer(self, document: Any) -> dict[str, Any]:
-        """Return the JSON answer: documents, arguments, and which macros were kept and which were not."""
+        """Return the JSON answer: the documents, the arguments, the translated macros and the expanded macros."""
         program, root = self.program, document.documentElement
         body = ir.nodes_of(root)
         self._name_macros()
@@ -91,7 +91,7 @@ class Writer:
         }
 
     def _name_macros(self) -> None:
-        """Give macros unique names, and mark the variables that are mesh or texture files."""
+        """Give macros unique names, and mark the variables that are names of mesh or texture files."""
         parts: set[str] = set()
         for macro in self.macros:
             if macro.level == "robot":
@@ -109,12 +109,12 @@ class Writer:
         self._propagate()
 
     def _propagate(self) -> None:
-        """Give each variable the flags and compared values of the variables to which its value is passed."""
+        """Copy flags and compared values from each parameter and property to the variable that is its value."""
         given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
         for call in [call for macro in self.macros for call in macro.calls]:
             given += [(symbol, call.macro.parameters[key]) for key, (symbol, _) in call.given.items()]
         pairs = [(symbol.variable, target) for symbol, target in given if symbol.variable is not None]
-        for _ in range(len(self.macros) + 1):  # enough passes, because recursive macros are never kept
+        for _ in range(len(self.macros) + 1):  # enough passes, because recursive macros are not translated
             for source, target in pairs:
                 source.names_mesh |= target.names_mesh
                 source.names_file |= target.names_file
@@ -135,7 +135,7 @@ class Writer:
 
     @contextmanager
     def _within(self, macro: ir.Macro | None, node: ir.Element | ir.Call | None = None) -> Iterator[None]:
-        """Enter ``macro`` to write ``node``; on failure, restart without the macro, or the variables in ``node``."""
+        """Set the current macro while writing ``node``; on failure, exclude the macro and restart the translation."""
         before, self._macro = self._macro, macro
         try:
             yield
@@ -151,7 +151,6 @@ class Writer:
             self._macro = before
 
     def _body(self, nodes: list[Any], when: ast.expr | None) -> None:
-        """Write the top-level elements (links, joints, macro calls) of the robot or the current part."""
         comments: list[str] = []
         for node in nodes:
             if isinstance(node, ir.Comment):
@@ -170,7 +169,7 @@ class Writer:
             comments = []
 
     def _place_of(self, node: ir.Element | ir.Call) -> tuple[Any, tuple[Any, ...], dict[str, Any]]:
-        """Return (source position, path in the document, mapping at that path) of the destination of a node."""
+        """Return (source position, path in the document, mapping at that path) of the place where a node is written."""
         macro = self._macro
         if macro is not None:
             return macro.place, ("parts", macro.ours), self._part
@@ -179,7 +178,7 @@ class Writer:
     def _entry(self, node: ir.Element, when: ast.expr | None, comments: list[str]) -> None:
         place, path, document = self._place_of(node)
         if node.tag == "material":
-            if self._macro is not None:  # define the material in the robot, because a part cannot have materials
+            if self._macro is not None:  # materials are defined in the robot, not in parts
                 if when is not None or any(one.owner for one in ir.variables_in(ir.expressions_in([node]))):
                     raise ir.Untranslatable("it defines materials of several values, which the robot shares")
                 document = self.documents.setdefault(self._file(place), {})
@@ -188,7 +187,7 @@ class Writer:
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
             section = holder.setdefault("materials", {})
             known = self._alternatives.get((id(section), str(name)), [])
-            if not known or known[-1][1] is not None:  # ignore a definition after an unconditional definition
+            if not known or known[-1][1] is not None:  # the first unconditional definition counts
                 self._put(section, name, value, when)
                 self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):
@@ -203,7 +202,7 @@ class Writer:
             made.append(conditional(self.entries.xml(node), when))
 
     def _put(self, section: dict[Any, Any], key: Any, value: Any, when: ast.expr | None) -> None:
-        """Add an entry to a section; merge it with entries of the same name under other conditions."""
+        """Add an entry to a section; entries with the same name under different conditions are merged."""
         known = self._alternatives.setdefault((id(section), str(key)), [])
         known.append((value, when))
         chosen = merge("", known)
@@ -212,7 +211,7 @@ class Writer:
         section[key] = chosen
 
     def write_macro(self, macro: ir.Macro) -> dict[str, Any]:
-        """Write a macro unless it is already written; return the keys of its ``let`` function, {} for a part."""
+        """Write a macro once; return the entry that its ``let`` function creates, or {} for a part."""
         if macro in self._written:
             return self._written[macro]
         self._written[macro] = {}
@@ -248,7 +247,7 @@ class Writer:
         self._remark(macro.place, path, macro.comments)
 
     def _default_of(self, macro: ir.Macro, name: str) -> ir.Symbol | None:
-        """Return the default of a parameter if all calls have the same default, else None."""
+        """Return the default of a parameter, or None if it is not the same in all calls."""
         found = {ir.as_text(one.given[name][0].node): one.given[name][0] for one in macro.calls if one.given[name][1]}
         if len(found) != 1:
             return None
@@ -257,7 +256,6 @@ class Writer:
         return None if is_hidden else symbol
 
     def _use(self, call: ir.Call, when: ast.expr | None, comments: list[str]) -> None:
-        """Write the call of a macro as an entry of the section ``use``."""
         macro = call.macro
         self.write_macro(macro)
         passed: dict[str, Any] = {}
@@ -277,7 +275,7 @@ class Writer:
         self._remark(place, (*path, "use", key), comments)
 
     def _write_lets(self, macro: ir.Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
-        """Write the used properties of the robot to ``let``, or return the used properties of a macro."""
+        """Write the used properties of the robot to ``let``; for a macro, return its used properties."""
         owner, values = macro.key if macro is not None else "", dict[ir.Variable, Any]()
         lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
         while waiting := [one for one in lets if one.used and one not in values]:
@@ -293,7 +291,6 @@ class Writer:
         return made
 
     def _write_arguments(self) -> None:
-        """Write the used arguments to the section ``args``, those with computed defaults last, in robot.yaml."""
         used = [one for one in self.program.arguments.values() if one.used]
         values = {one: self.values.value(ir.symbol_of(one.symbol), one) for one in used}
         for file in self.documents.values():
@@ -305,7 +302,7 @@ class Writer:
             self._remark(place, ("args", variable.ours), variable.comments)
 
     def _allowed(self, variable: ir.Variable) -> list[str]:
-        """Return the allowed values of a text argument, or [] if it is not restricted."""
+        """Return the values that the default and conditions allow for a text argument, or [] for any text."""
         texts = [str(one) for one in variable.candidates]
         if variable.type != "text" or not texts or variable.printed or "" in texts:
             return []
@@ -313,10 +310,7 @@ class Writer:
         return allowed if len(allowed) > 1 else []
 
     def _argument(self, variable: ir.Variable) -> dict[str, Any]:
-        """Describe an argument with the values for which the translation is compared with xacro.
-
-        ``choices`` are the default and values in conditions. An ``invented`` value tests if the argument has an effect.
-        """
+        """Describe an argument, with the default, other ``choices`` and ``invented`` values to test the translation."""
         default, value = str(variable.value), ir.literal(str(variable.value))
         choices, invented = sorted(str(one) for one in variable.candidates), []
         words = [ir.literal(one) for one in default.split()]
@@ -343,12 +337,12 @@ class Writer:
 
 
 def encode(value: Any) -> Any:
-    """Convert a value of a document to JSON data; a character that is added to each string encodes its type."""
+    """Convert a document to JSON data; the first character of each string encodes the type of the string."""
     return _map_texts(value, lambda text: f"{_MARKS.get(type(text), ' ')}{text}")
 
 
 def decode(value: Any) -> Any:
-    """Convert JSON data from ``encode`` back to a value of a document."""
+    """Convert JSON data from ``encode`` back to a document."""
     kinds = {mark: kind for kind, mark in _MARKS.items()}
     return _map_texts(value, lambda text: kinds.get(text[0], str)(text[1:]))
 
@@ -362,7 +356,7 @@ def _map_texts(value: Any, change: Callable[[str], str]) -> Any:
 
 
 def _file_names(program: Program) -> dict[int, str]:
-    """Map the number of each xacro file to a YAML file at the same path relative to the main file."""
+    """Map the index of each xacro file to the name of a YAML file, with the same path relative to the main file."""
     made: dict[int, str] = {}
     first = Path(program.file).absolute()
     for path, index in program.files.items():

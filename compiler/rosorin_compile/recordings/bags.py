@@ -92,7 +92,7 @@ class _Bag:
         return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
     def messages(self, known: dict[int, Topic], start: int | None, end: int | None) -> Iterator[tuple[Topic, int, Any]]:
-        """Yield (topic, time of arrival in ns, message) for known topics; of sensor messages, only read the header."""
+        """Yield (topic, time of arrival in ns, message); ``known`` maps the ids of connections to topics to read."""
         connections = [connection for connection in self.reader.connections if connection.id in known]
         if not connections:  # an empty list would select all topics
             return

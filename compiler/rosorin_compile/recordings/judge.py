@@ -22,7 +22,7 @@ _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
 # s: report stamps that are farther in the future. AMCL stamps map -> odom 1 s ahead, slam_toolbox 0.5 s.
 _FAR_AHEAD = 1.2
-# Topics share a clock if their stamps are ahead of arrival by times that differ by less than this fraction or time (s).
+# Topics share a finding if their stamps are equally far ahead, within this fraction or this time (s).
 _SIMILAR, _NEAR = 0.1, 0.1
 _FAILS = 0.05  # smallest share of failed lookups to report; a few are normal, because messages overtake each other
 # An unknown frame_id is an error in messages of these packages, and a warning in other messages.
@@ -163,7 +163,7 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def answer_outcome(recording: Recording, answer: Answer) -> str:
-    """Return "as described", "not as described" or "not compared" for an answer of tf2_echo."""
+    """Return "as described", "not as described" or "not compared" for a transform printed by tf2_echo."""
     if (finding := _answer(recording, answer)) is None:
         return "as described"
     return "not compared" if finding.rule == "not-compared" else "not as described"

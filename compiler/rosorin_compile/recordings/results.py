@@ -164,7 +164,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class Lookup:
-    """The number of messages whose frame tf2 could not transform to ``target`` at the stamp, when they arrived."""
+    """Results of tf2 lookups of ``target`` that are simulated for each message, at its stamp and when it arrives."""
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]
@@ -282,7 +282,7 @@ def summary(result: Verification, name: str, strict: bool) -> str:
 
 
 def _age(edge: RecordedEdge) -> str:
-    """Format the mean age of transforms on arrival (or how far stamps are ahead), and the largest age in use."""
+    """Format the mean age of transforms when they arrive, and the largest age that the newest transform reached."""
     if edge.mean_age is None:
         return "-" if edge.oldest is None else "no stamp"
     if edge.other_clock:

@@ -20,12 +20,12 @@ Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
 
 SECOND = 1_000_000_000
-SLICES = 240  # number of time slices into which a recording is divided at most
+SLICES = 240  # maximum number of time slices that a recording is divided into
 JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; messages can overtake each other by less
 SIMULATED = 10**8 * SECOND  # ns: earlier stamps (before 1973) are simulation time, which starts at 0
 APART = 60.0  # s: if stamps always differ more from arrival, they come from another clock
 
-# A clock that was set is detected from three time slices (at least 0.8 s each) before and three after that time.
+# To detect that a clock was set, compare three time slices before with three slices after, each at least 0.8 s wide.
 _SLICE, _SIDE = 8 * SECOND // 10, 3
 # The smallest change of a clock to report (s); if no stamp is in the future, a change below _DELAY may be a delay.
 _STEP, _DELAY = 0.25, 5.0
@@ -82,7 +82,7 @@ class Pace:
         # In a simulation, time starts at zero, so a few zero stamps at the start are valid.
         begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
         self.unstamped = self.zeros > 0 and not begins
-        # If stamps advance less than half as fast as arrival, the data is old, rather than stamped by another clock.
+        # If stamps advance slower than half the rate of arrival, the data is old, rather than stamped by another clock.
         limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
         self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
 
@@ -143,7 +143,7 @@ def _longest(spans: Times, times: Times) -> Gap:
 
 
 def _drift(leads: Floats, start: int) -> Step | None:
-    """Return the total change if ``leads`` (stamp minus arrival, s) change linearly, as of a fast clock, else None."""
+    """Return the drift of a clock if ``leads`` (stamp minus arrival, s) change linearly, or None."""
     at = np.arange(len(leads))
     line = np.polyval(np.polyfit(at, leads, 1), at)
     step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
@@ -152,7 +152,7 @@ def _drift(leads: Floats, start: int) -> Step | None:
 
 
 LEAP = 5e-3  # m or rad: smallest change between two messages that may be a change of the publisher
-# Two publishers are assumed if at least _FEWEST leaps, and these shares of all steps and leaps, return to old values.
+# Two publishers are likely if at least _FEWEST leaps, _SHARE of messages and _RETURNING of leaps return to old values.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
 
 Distance = Callable[[Floats, Floats], Floats]
@@ -252,7 +252,7 @@ class JointStates:
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
     def _compare_follower(self, joint: Joint, leader: Joint) -> None:
-        """Count the positions of a mimic joint that do not follow its leader, unless full turns make them ambiguous."""
+        """Count the positions of a mimic joint that do not follow ``leader``, unless full turns make them ambiguous."""
         turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
         if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
             return
@@ -325,7 +325,7 @@ class Series:
 
     @cached_property
     def leaps(self) -> Leaps:
-        """The signs of two publishers of a moving edge."""
+        """The signs that two ROS nodes publish this edge; empty for a static edge."""
         return Leaps(self.samples.stamps[: 0 if self.constant else None], self.samples.values, _distance)
 
     @property

@@ -38,7 +38,7 @@ _LETTERS = 46
 
 
 def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verification:
-    """Compare a recording with the robot of a request; ``pose`` names a pose for the output of tf2_echo, if not "".
+    """Compare a recording with a robot; ``pose`` is the name of its pose while tf2_echo ran, or "" if unknown.
 
     Raises RequestError if the robot does not have a mode, ROS node or pose, and for invalid times.
     """

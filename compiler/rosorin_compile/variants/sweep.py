@@ -29,7 +29,7 @@ from .workers import Job, Result, compile_in_order, compile_only, compile_varian
 if TYPE_CHECKING:
     from distributed import Client
 
-MAX_FAILED = 20  # report errors of at most this number of variants
+MAX_FAILED = 20  # maximum number of variants whose errors are printed
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
 
 
@@ -128,7 +128,7 @@ def write_sweep(
         folder: The folder for ``sweep.json`` and a subfolder per variant.
         arguments: Arguments of all variants; a variant can override them.
         jobs: The number of processes; by default one per core.
-        whole: The argument that a file in the folder ``variants`` sets to the contents or the path of the file.
+        whole: The argument whose value is the contents, or the path, of each file in the folder ``variants``.
         dask: The address of a Dask scheduler.
         prune: Remove variants that are no longer in the list.
         report: A function that is called with each diagnostic immediately.
@@ -185,7 +185,7 @@ class _Writer:
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
         self.counts = dict.fromkeys(("made", "unchanged", "error"), 0)
         self.removed: list[str] = []
-        self.remarks: dict[str, tuple[str, int]] = {}  # by JSON: (first variant, number of variants)
+        self.remarks: dict[str, tuple[str, int]] = {}  # JSON: (first variant, number of variants)
 
     def run(self, jobs: int | None, dask: str) -> None:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""

@@ -46,7 +46,7 @@ class Picture(NamedTuple):
 
 
 class ChangesPage(NamedTuple):
-    """The result of writing an HTML page of changes. If ``robots``, their number, is 0, no file was written."""
+    """The result of writing an HTML page of changes; if ``robots`` is 0, no file was written."""
 
     file: Path
     robots: int = 0

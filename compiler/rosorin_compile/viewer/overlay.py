@@ -43,7 +43,7 @@ class Overlay(NamedTuple):
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
-        """Return an overlay in which links with a mesh file in ``changed`` (as in the description) are changed, too."""
+        """Return a copy that also has the links with a mesh file in ``changed`` (file names in the description)."""
         how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
@@ -244,7 +244,7 @@ def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) ->
 
 
 def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
-    """Undo added and removed shapes of a link, but keep shapes that the artifact has on a link fixed to it."""
+    """Undo added and removed shapes of a link, but keep shapes that the artifact has in another link."""
     before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
     rest = match(before, after)
     added = [after[at] for at in rest.new]
@@ -255,7 +255,7 @@ def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]
     back = [before_now[at] for at in rest.old]
     if own:
         return (*(piece for at, piece in enumerate(here) if at not in own), *back)
-    return tuple(now) if rest.old and rest.new else (*now, *back)  # the change is on a link that is fixed to it
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # the change is in another link
 
 
 def _bare(solid: Solid) -> Solid:

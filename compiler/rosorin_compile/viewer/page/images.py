@@ -79,8 +79,8 @@ class EmbeddedFiles:
 class ServedFiles:
     """Serves meshes and images at numbered URLs.
 
-    ``numbers`` (by file) is updated and never shrinks, so that an older page can still load its files. The query string
-    of a URL is the version of the file, so that a page only reloads changed files.
+    ``numbers`` maps files to numbers; it keeps earlier files, so that an older page can still load its files. The query
+    string of a URL is the version of the file, so that a page only reloads changed files.
     """
 
     def __init__(self, numbers: dict[Path, str]) -> None:

@@ -46,7 +46,7 @@ THEMES = {
 }
 AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]
 _SENSOR, _EMPTY = ([0x8E, 0x4E, 0xC6], 11.0), ([0x7D, 0x8A, 0x97], 8.0)  # markers: (RGB, size in pixels)
-_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # pixels: distances of font dots, letters, lines and frame names
+_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # pixels between dots, letters and lines, and before a name
 # Bitmap font: space to ~ and a box, five columns per character, two hex digits per column, lowest bit at the top.
 _DOTS = bytes.fromhex(
     "0000000000 00005F0000 0007000700 147F147F14 242A7F2A12 2313086462 3649562050 0008070300"
@@ -125,7 +125,7 @@ def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
 
 
 def _normals(triangles: Floats) -> Floats:
-    """Return vertex normals (n, 3, 3): the mean of the faces at a smooth vertex, the normal of the face at an edge."""
+    """Return vertex normals (n, 3, 3): averaged over adjacent faces where the surface is smooth, else of the face."""
     faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).repeat(3, axis=0)
     size = np.linalg.norm(faces, axis=1, keepdims=True)
     flat: Floats = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # ignore degenerate faces

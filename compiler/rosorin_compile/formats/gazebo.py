@@ -301,7 +301,7 @@ class _Mounting:
         if lost and lost not in carried:
             reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
         elif lost and "inertial" not in self.content.elements:
-            reason = "no link of this URDF has the mass that it needs", 'add "inertial" to "elements" of the output'
+            reason = "no link in this URDF has a mass", 'add "inertial" to "elements" of the output'
         elif lost:
             way = 'add "inertial" to the link, or to a link that is fixed to it'
             reason = f'it drops link "{lost}", which has no mass in this URDF', way

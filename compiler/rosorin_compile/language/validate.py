@@ -172,7 +172,7 @@ class _Report:
             help = partial(suggestions.items_meant, value, self.part)
             return self._make("wrong-length", message, lambda: help() or meaning)
         if keyword == "minLength" and not value:
-            return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
+            return self._make("empty-text", f"{where} is empty", "write some text, or remove the key")
         if keyword == "enum":
             kinds = {"joint": "joint type", "source": "status"}
             kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")

@@ -167,7 +167,7 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
             yield _looks_like(case, "velocity-looks-like-degrees", message, path, velocity, "deg/s rad/s")
 
 
-@rule("control-character", help="Remove it.", topic=NUMBERS)
+@rule("control-character", help="Remove the character.", topic=NUMBERS)
 def characters(case: Case) -> Iterator[Diagnostic]:
     """A text contains a character that cannot appear in an XML file."""
     reported: set[Span] = set()

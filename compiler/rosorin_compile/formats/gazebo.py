@@ -178,7 +178,7 @@ def gazebo_blocks(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     lost = []
     for (why, way), names in unseen.items():
         message = f"Gazebo ignores {plural('sensor', len(names))} {quote(names, 3)}: {why}"
-        help = f'{way}, or write "gazebo: []" in the sensor to leave it out of Gazebo'
+        help = f'{way}, or write "gazebo: []" in the sensor to omit it in Gazebo'
         lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
     return [*blocks, *physics], [*lost, *lost_physics]

@@ -32,7 +32,7 @@ FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
 @rule("mass-not-positive", "A mass is not above 0.", "Correct or remove `inertial`.", NUMBERS, "link", "lenient")
-@rule("inertia-not-positive-definite", "A moment is not above zero.", "Check the signs.", NUMBERS, "link", "always")
+@rule("inertia-not-positive-definite", "A moment is not above zero.", "Check the values.", NUMBERS, "link", "always")
 @rule("inertia-triangle", "A principal moment exceeds the others.", "Check the units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Report masses that are not positive, and physically impossible inertias."""

@@ -264,7 +264,7 @@ def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
-@rule("planar-taken-as-fixed", help="Write `type: floating` and `publisher: NODE` or `{none: REASON}`.", topic=JOINTS)
+@rule("planar-taken-as-fixed", help="Write `type: floating`, and a `publisher` or `{none: REASON}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
     """A warning: a planar joint is in the URDF, and robot_state_publisher treats it as fixed.
 
@@ -358,7 +358,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             return
 
 
-@rule("split-urdf", help="Give both joints the same publisher.", topic=FRAMES)
+@rule("split-urdf", help="Let robot_state_publisher publish this joint, or none of the joints below it.", topic=FRAMES)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """The URDF would have two roots, because another node publishes a joint between them."""
     if not case.robot.is_tree or not case.outputs_read_by(ROBOT_STATE_PUBLISHER):

@@ -297,7 +297,7 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     ends = [key for key in _ENDS[kind] if key in entry]
     known = (*_ENDS[kind], *_KEYS[kind], "type", "active", "solref", "solimp", "source")
     if extra := next((key for key in entry if key not in known), ""):
-        return f"is of type {kind}, which has no {extra}", "remove the key, or correct the type", extra
+        return f"is of type {kind}, which has no {extra}", f'remove "{extra}", or correct the type', extra
     if not ends:
         return f"is of type {kind} but has no ends", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
     if len(ends) > 1:

@@ -147,7 +147,7 @@ def _colours(was: object, became: object) -> Data:
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
-    plain = name.split(" when ")[0].split(" below ")[0]  # remove the condition from the name of a publisher
+    plain = name.split(" when ")[0].split(" below ")[0]  # drop the condition in the name of a publisher
     frames: list[str] = []
     for robot in robots:
         frames += [robot.joint[name].child] if kind == "joint" and name in robot.joint else []

@@ -25,7 +25,7 @@ from .images import MAX_MEGABYTES, MESHES, Data, EmbeddedFiles, tables
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # file extensions of meshes; other files are images
 _SHOWN = 3
-_NAMES = {"name": "the name", "situations": "who publishes what"}  # names of JSON keys in messages, if different
+_NAMES = {"name": "the name", "situations": "who publishes what"}  # how messages name these JSON keys
 
 # Content security policy that makes the browser block all network requests of the page.
 _ALONE = (

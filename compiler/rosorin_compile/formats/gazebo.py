@@ -178,7 +178,7 @@ def gazebo_blocks(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     lost = []
     for (why, way), names in unseen.items():
         message = f"Gazebo ignores {plural('sensor', len(names))} {quote(names, 3)}: {why}"
-        help = f'{way}, or write "gazebo: []" in the sensor to leave it out of Gazebo'
+        help = f'{way}, or write "gazebo: []" in the sensor to omit it in Gazebo'
         lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
     return [*blocks, *physics], [*lost, *lost_physics]
@@ -301,7 +301,7 @@ class _Mounting:
         if lost and lost not in carried:
             reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
         elif lost and "inertial" not in self.content.elements:
-            reason = "no link of this URDF has the mass that it needs", 'add "inertial" to "elements" of the output'
+            reason = "no link in this URDF has a mass", 'add "inertial" to "elements" of the output'
         elif lost:
             way = 'add "inertial" to the link, or to a link that is fixed to it'
             reason = f'it drops link "{lost}", which has no mass in this URDF', way

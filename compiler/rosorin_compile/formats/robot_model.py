@@ -55,7 +55,7 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
         joints.append(joint)
         if joint.mimic is not None:
             message = f'robot_model cannot express "mimic": joint "{joint.name}" is written as an independent joint'
-            cannot_say(message, 'leave it out with "joints: [...]", or handle it in the program that reads this')
+            cannot_say(message, 'leave the joint out with "joints: [...]", or compute its position in your program')
     links = dict.fromkeys([*(joint.child for joint in joints), *(joint.parent for joint in joints)]) or [robot.root]
     renamed: dict[str, str] = {}
     for link in links:
@@ -65,7 +65,7 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
             diagnostics.append(error("robot-model-same-name", message, None, 'use another name in "rename"'))
         renamed[name] = link
     if len(groups) > 1 and "servos" not in options:
-        message = f"pulse_to_rad can hold one servo group, but the robot has {', '.join(groups)}"
+        message = f"pulse_to_rad can only contain one servo group, but the robot has {', '.join(groups)}"
         diagnostics.append(error("robot-model-servos", message, None, 'choose one with "servos: NAME"'))
     servos = groups.get(options.get("servos", next(iter(groups), "")))
     model: dict[str, Any] = {"source": options.get("source", robot.source.note)}

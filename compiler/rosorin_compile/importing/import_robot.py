@@ -284,7 +284,7 @@ def _check_folder(folder: Path, help: str) -> None:
             message = f"{folder} is not empty; {help}"
             if (folder / Description.ROOT_FILE).is_file():
                 record = f"{Description.ROOT_FILE}{ENDING}"
-                message += f" (no {record} there says what was imported, so that changes cannot be merged)"
+                message += f" (no {record} there says what was imported, so changes cannot be merged)"
             raise RequestError(message)
 
 

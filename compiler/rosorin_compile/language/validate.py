@@ -40,7 +40,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     for path, value in walk.not_finite:
         too_large = f"is {value:g}, and nothing can be calculated with more than {MOST:g}"
         message = f"{subject(path)} {too_large if math.isfinite(value) else 'is not a finite number'}"
-        help = "write a number, or leave the entry out"
+        help = "write a number, or remove the key"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
     schema = with_outputs(tree.get("outputs"), formats)
@@ -168,7 +168,7 @@ class _Report:
             help = partial(suggestions.items_meant, value, self.part)
             return self._make("wrong-length", message, lambda: help() or meaning)
         if keyword == "minLength" and not value:
-            return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
+            return self._make("empty-text", f"{where} is empty", "write some text, or remove the key")
         if keyword == "enum":
             kinds = {"joint": "joint type", "source": "status"}
             kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")

@@ -1,7 +1,7 @@
 """Compare recordings of a running robot with its description.
 
 ``bags`` and ``tf2_echo_text`` read messages into a ``Recording``. ``expected_edges`` lists the transforms (edges) in
-the description. ``judge`` and ``judge_edges`` compare both and yield findings, which ``results`` formats.
+the description. ``judge`` and ``judge_edges`` compare the recording with these edges; ``results`` formats the findings.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ def verify(
     prefix: str = "",
     trust: bool = False,
 ) -> Verification:
-    """Compare a recording of the running robot with its description; differences are in ``findings`` of the result.
+    """Compare a recording of the running robot with its description, and return the differences as ``findings``.
 
     Args:
         source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
             ``-`` for such text on standard input.
         modes: Modes that were on (True) or off (False); modes that are not listed are detected.
-        without: Names of nodes that were not running.
-        pose: The named pose of the joints while ``tf2_echo`` ran.
-        frames: The source and the target frame of the output of ``tf2_echo``.
-        since: Start this many seconds after the start of the recording.
-        until: Stop this many seconds after the start of the recording.
+        without: Names of ROS nodes that were not running.
+        pose: The name of the pose that the robot held while ``tf2_echo`` ran.
+        frames: The source and target frame given to ``tf2_echo``, if the text does not contain the command line.
+        since: Ignore messages before this time, in seconds since the start of the recording.
+        until: Ignore messages after this time, in seconds since the start of the recording.
         stale: The age (s) above which a transform is reported as stale.
         namespace: The namespace of the topics, such as ``robot1``.
         prefix: The prefix of the recorded frames, such as ``robot1/``.

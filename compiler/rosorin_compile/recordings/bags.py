@@ -19,13 +19,13 @@ from .results import problem, seconds
 from .series import APART, SECOND, EdgeKey, Gap, Times
 
 SUFFIXES = (".mcap", ".db3")
-_FAR = 2**62  # ns; a time beyond this comes from a damaged file
+_FAR = 2**62  # ns: a larger time indicates a damaged file
 
-Topic = tuple[int, str, str]  # index in _NAMES or _HEADER, topic name, message type
+Topic = tuple[int, str, str]  # (index in _TYPES, topic name, message type)
 
 
 class Unreadable(Exception):
-    """A recording cannot be read; ``help`` suggests a solution."""
+    """Raised if a recording cannot be read; ``help`` is the suggested solution."""
 
     def __init__(self, message: str, help: str = "") -> None:
         super().__init__(message)
@@ -38,13 +38,13 @@ _TYPES = (
     *("std_msgs/msg/String", "rosgraph_msgs/msg/Clock", "std_msgs/msg/Header"),
 )
 _NAMES = ("tf", "tf_static", "joint_states", "robot_description", "clock")
-# Message types whose frame_id is usually empty or not a tf2 frame.
+# Message types whose frame_id is ignored, because it is usually empty or not a tf2 frame.
 _NOT_PLACED = {f"sensor_msgs/msg/{name}" for name in ("Joy", "BatteryState", "TimeReference", "Temperature")}
 _NOT_PLACED |= {"sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArray"}
 
 
 def read(paths: Sequence[Path], recording: Recording) -> None:
-    """Read a rosbag2 folder, or the files of a folder without metadata.yaml, into a recording. Raises Unreadable."""
+    """Read a rosbag2 folder, or several bag files without metadata.yaml, into a recording. Raises Unreadable."""
     try:
         from rosbags.rosbag2 import Reader  # noqa: F401
     except ImportError:
@@ -59,8 +59,6 @@ def read(paths: Sequence[Path], recording: Recording) -> None:
 
 
 class _Bag:
-    """An open rosbag2 folder or file, with its number of messages and the times (ns) of its first and last message."""
-
     def __init__(self, path: Path, stack: ExitStack) -> None:
         from rosbags.rosbag2 import Reader
         from rosbags.typesys import Stores, get_typestore
@@ -78,16 +76,15 @@ class _Bag:
             for one in (connection for file in files for connection in file.connections):
                 if not isinstance(one.topic, str) or not isinstance(one.msgtype, str):
                     raise TypeError("a topic has no name, or no type")
-                if (one.topic, one.msgtype, one.ext, one.digest) not in listed:  # rosbags would skip its messages
+                if (one.topic, one.msgtype, one.ext, one.digest) not in listed:  # rosbags would skip this topic
                     raise ValueError(f"metadata.yaml contradicts the files about {one.topic}")
         except Exception as cause:
-            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags does not name the file
+            for inner in sorted(path.iterdir()) if is_folder(path) else ():  # find the damaged file
                 if inner.suffix in SUFFIXES and is_file(inner):
                     _Bag(inner, stack)
             raise self._damaged(cause) from None
 
     def _damaged(self, cause: Exception, where: str = "") -> Unreadable:
-        """Convert an exception of rosbags to Unreadable; rosbags raises many exception types for damaged files."""
         path, reason = self.path, " ".join(str(cause).split())[:300].rstrip(".") or type(cause).__name__
         is_mcap = path.suffix == ".mcap" or any(path.glob("*.mcap"))
         repair = "mcap recover FILE" if is_mcap else "ros2 bag reindex FOLDER"
@@ -95,7 +92,7 @@ class _Bag:
         return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
     def messages(self, known: dict[int, Topic], start: int | None, end: int | None) -> Iterator[tuple[Topic, int, Any]]:
-        """Yield (topic, time of arrival in ns, content) of each message; sensor messages are cut after their header."""
+        """Yield (topic, time of arrival in ns, message); ``known`` maps the ids of connections to topics to read."""
         connections = [connection for connection in self.reader.connections if connection.id in known]
         if not connections:  # an empty list would select all topics
             return
@@ -129,7 +126,6 @@ class _Bag:
         return topics
 
     def _has_header(self, connection: Any) -> bool:
-        """Return True if the messages of a connection start with a std_msgs/Header whose frame_id is meaningful."""
         if fields := self.types.fielddefs.get(connection.msgtype):
             has_header = bool(fields[1]) and str(fields[1][0][1][1]) == _TYPES[_HEADER]
             return has_header and connection.msgtype not in _NOT_PLACED
@@ -138,14 +134,12 @@ class _Bag:
 
 
 class _Reader:
-    """Reads messages into a recording, and detects if times of arrival and stamps come from different clocks."""
-
     def __init__(self, recording: Recording) -> None:
         self.recording, self.arrivals, self.ticks = recording, array("q"), Rows()
-        self._edges: dict[tuple[bool, str, str], Rows] = {}  # key: is static, recorded parent, recorded child
+        self._edges: dict[tuple[bool, str, str], Rows] = {}  # key: (is static, parent, child), as recorded
 
     def read(self, bags: Sequence[_Bag]) -> None:
-        """Read all bags between the requested times, and earlier messages of latched topics such as /tf_static."""
+        """Read the messages in the requested interval, and earlier messages of /tf_static and /robot_description."""
         recording, options = self.recording, self.recording.description.options
         first, end, count = bags[0].start, max(bag.end for bag in bags), sum(bag.count for bag in bags)
         start = first if options.since is None else first + int(options.since * SECOND)
@@ -163,7 +157,7 @@ class _Reader:
             for topic, received, content in bag.messages(topics, start if start > first else None, stop):
                 self._add(topic, received, content)
                 self.arrivals.append(received)
-                if recording.messages % 16_384 == 0:  # update the progress seldom
+                if recording.messages % 16_384 == 0:  # limit the number of progress updates
                     Progress.step("reading messages", recording.messages, count)
         Progress.step("reading messages", recording.messages, count)
 
@@ -190,7 +184,6 @@ class _Reader:
             recording.add_header(received, _ns(content.stamp), name, message_type, content.frame_id)
 
     def finish(self) -> None:
-        """Finish the recording; if the stamps come from another clock, convert times of arrival to that clock."""
         recording, clock = self.recording, self._other_clock()
         arrivals = np.sort(np.frombuffer(self.arrivals, np.int64))
         if len(arrivals):
@@ -200,15 +193,15 @@ class _Reader:
             recording.start, recording.end = min(recording.start, int(arrivals[0])), int(arrivals[-1])
         steps = np.diff(arrivals)
         used = len(recording.headers) + bool(recording.positions) + len({key.static for key in recording.edges})
-        if len(steps) and used > 1:  # with a single topic, its publisher may have paused instead of the recorder
+        if len(steps) and used > 1:  # a gap in a single topic may be a pause of its publisher
             recording.silence = Gap(float(steps.max() / SECOND), int(arrivals[steps.argmax()]))
         recording.finish(clock)
 
     def _other_clock(self) -> Times | None:
-        """Return times of arrival and the stamps at these times (2, n), or None if both come from the same clock.
+        """Return times of arrival and stamps (2, n) to convert between clocks, or None if both use the same clock.
 
-        The clocks differ if the stamps of all topics are far from arrival: a single such topic is a fault of its node.
-        If /clock was recorded, half of the topics suffice, because nodes can lack use_sim_time.
+        The clocks differ if the stamps of all topics are far from their times of arrival. If /clock was recorded, half
+        of the topics are enough, because some nodes may run without use_sim_time.
         """
         recording, parts = self.recording, dict[str, list[Times]]()
         streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]
@@ -231,7 +224,7 @@ class _Reader:
         if "/clock" in topics:
             times = topics["/clock"]
             return times[:, np.argsort(times[0], kind="stable")]
-        # Prefer stamps on topics other than /tf, because localization nodes stamp transforms in the future.
+        # Use /tf only if there is no other topic, because localization nodes stamp transforms in the future.
         times = np.concatenate([times for topic, times in topics.items() if topic != "/tf"] or [topics["/tf"]], axis=1)
         times = times[:, np.argsort(times[0], kind="stable")]
         times[1] = np.maximum.accumulate(times[1])

@@ -11,15 +11,15 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 
-# Conversion to quaternions causes differences below 1e-6 m or rad.
+# Tolerance (m or rad) for transforms, because conversion to quaternions causes rounding errors.
 EXACT = 1e-6
-# "number_format: six" changes each angle by up to 5e-7 rad; a rotation has three angles and a rounded axis.
+# Tolerance (rad) for angles printed with six decimals ("number_format: six"): the errors of three angles and an axis.
 SIX_ANGLE = 4e-6
 
 
 @dataclass(frozen=True)
 class Options:
-    """The options of a comparison, as in ``rosorin_compile.verify``."""
+    """The options of a comparison; they are documented in ``rosorin_compile.verify``."""
 
     modes: Mapping[str, bool] = field(default_factory=dict)
     without: frozenset[str] = frozenset()
@@ -34,10 +34,10 @@ class Options:
 
 @dataclass(frozen=True)
 class ExpectedEdge:
-    """A transform parent -> child (an edge) that a node should publish.
+    """A transform parent -> child (an edge) that a ROS node should publish.
 
-    ``transform`` is the value (for a moving joint, at position zero), or None if the description does not determine it.
-    Recorded values may differ by 1e-6 m and ``radians``.
+    ``transform`` is the expected value (for a moving joint, at position zero), or None if only the ROS node knows it.
+    ``radians`` is the tolerance for recorded angles; ``when`` is the condition on modes under which it is published.
     """
 
     parent: str
@@ -56,18 +56,18 @@ class ExpectedEdge:
 
     @property
     def value(self) -> tuple[str, bool, Transform | None]:
-        """The parent, whether the edge moves, and the transform, to compare edges of different modes."""
+        """The tuple (parent, moving, transform), for comparing the edges to a frame in different modes."""
         return self.parent, self.moving, self.transform
 
     @property
     def owner(self) -> str:
-        """The name of the node that should publish the edge."""
+        """The name of the ROS node that should publish the edge."""
         is_static = self.publisher.kind == STATIC_TRANSFORM_PUBLISHER
         return f"{self.publisher.name} (static_transform_publisher)" if is_static else self.publisher.name
 
     @property
     def advice(self) -> str:
-        """The help text of findings: "NODE should publish PARENT -> CHILD"."""
+        """The sentence "NODE should publish PARENT -> CHILD", for the help text of findings."""
         return f"{self.owner} should publish {self.name}"
 
 
@@ -81,7 +81,7 @@ class Description:
 
     @cached_property
     def by_child(self) -> Mapping[str, Sequence[ExpectedEdge]]:
-        """The edges that are expected in at least one combination of modes, by child frame."""
+        """The edges that are published in at least one combination of modes, by child frame."""
         by_child: dict[str, list[ExpectedEdge]] = {}
         possible = list(self._combinations())
         for edge in (edge for edge in self.edges if any(holds(edge.when, modes) for modes in possible)):
@@ -96,7 +96,10 @@ class Description:
     def edge_like(
         self, parent: str, child: str, static: bool | None = None, first: Transform | None = None
     ) -> ExpectedEdge | None:
-        """Return the expected edge most similar to a recorded edge; with modes, several edges can lead to ``child``."""
+        """Return the expected edge to ``child`` that is most similar to a recorded edge, or None if there is none.
+
+        In different modes, ``child`` can have different edges. ``first`` is the first recorded transform.
+        """
 
         def unlikeness(edge: ExpectedEdge) -> tuple[bool, bool, float]:
             far = 1.0
@@ -108,30 +111,30 @@ class Description:
         return min(self.by_child.get(child, ()), key=unlikeness, default=None)
 
     def top(self, frame: str) -> str:
-        """Follow published joints from a frame towards the root, and return the topmost frame."""
+        """Return the topmost ancestor of a frame that is connected to the frame by published joints."""
         while above := next((edge for edge in self.by_child.get(frame, ()) if edge.joint is not None), None):
             frame = above.parent
         return frame
 
     def owners(self, child: str) -> str:
-        """Return the names of the nodes that can publish the edge to a frame, joined by "or"."""
+        """Return the names of the ROS nodes that can publish the frame ``child``, joined by "or"."""
         edges = self.by_child.get(child, ())
         active = [edge for edge in edges if any(edge in way for _, way in self.ways())] if len(edges) > 1 else edges
         return " or ".join(dict.fromkeys(edge.owner for edge in active or edges))
 
     @cached_property
     def joint_names(self) -> frozenset[str]:
-        """The joints that /joint_states should contain: those that robot_state_publisher moves, except mimic joints."""
+        """The joints that /joint_states should contain: moving joints of robot_state_publisher, except mimic joints."""
         return frozenset(self.leader(joint) for joint in self.robot.published_by(ROBOT_STATE_PUBLISHER) if joint.moves)
 
     def leader(self, joint: Joint) -> str:
-        """Follow mimic joints to the joint that they mimic, and return it; return other joints unchanged."""
+        """Return the name of the joint that a mimic joint follows, or of ``joint`` if it is not a mimic joint."""
         while joint.mimic is not None:
             joint = self.robot.joint[joint.mimic.joint]
         return joint.name
 
     def ways(self) -> Iterator[tuple[Mapping[str, bool], list[ExpectedEdge]]]:
-        """Yield each possible combination of modes with the edges that should be published in that combination."""
+        """Yield (modes, published edges) for each combination of modes that agrees with the options."""
         without = self.options.without
         running = [edge for edge in self.edges if without.isdisjoint((edge.publisher.name, edge.publisher.kind))]
         yield from ((modes, [edge for edge in running if holds(edge.when, modes)]) for modes in self._combinations())
@@ -157,7 +160,6 @@ def _edges(robot: Robot) -> Iterator[ExpectedEdge]:
 
 
 def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> ExpectedEdge:
-    """Return the expected edge of a joint; ``transform`` is None if the joint has several degrees of freedom."""
     free = joint.type in SEVERAL_COORDINATES and not by_urdf
     ends, value = (edge.parent, edge.child), None if free else joint.transform(0.0)
     place = ("joint", joint.name)

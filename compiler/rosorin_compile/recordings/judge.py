@@ -1,4 +1,4 @@
-"""Compare a recording with its description, and return the findings, errors first (``judge_edges`` checks edges)."""
+"""Compare a recording with its description: clocks, joints, sensors and tf2_echo (``judge_edges`` checks edges)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -20,15 +20,15 @@ from .series import AHEAD, SIMULATED, Pace
 
 _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
-# A lead (s) above this is reported. AMCL stamps map -> odom 1 s ahead (transform_tolerance), slam_toolbox 0.5 s.
+# s: report stamps that are farther in the future. AMCL stamps map -> odom 1 s ahead, slam_toolbox 0.5 s.
 _FAR_AHEAD = 1.2
-# Streams are attributed to the same clock if their leads differ by less than this fraction or this time (s).
+# Topics share a finding if their stamps are equally far ahead, within this fraction or this time (s).
 _SIMILAR, _NEAR = 0.1, 0.1
-_FAILS = 0.05  # minimum share of failed lookups to report; a few are normal, because messages overtake each other
-# Packages whose messages need a valid frame_id: an unknown frame is an error, in other packages a warning.
+_FAILS = 0.05  # smallest share of failed lookups to report; a few are normal, because messages overtake each other
+# An unknown frame_id is an error in messages of these packages, and a warning in other messages.
 _PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
-# Message types by sensor type of the built-in parts (parts/sensors.yaml).
+# Message types by the type of a sensor in the description (parts/sensors.yaml).
 _MESSAGES = {
     "lidar_2d": ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"),
     "lidar_3d": ("sensor_msgs/msg/PointCloud2",),
@@ -42,14 +42,14 @@ _MESSAGES = {
 }
 _OF_SENSORS = {each for types in _MESSAGES.values() for each in types}
 
-Leads = Sequence[tuple[str, float]]  # stream name, and the time (s) by which stamps are ahead of arrival
+Leads = Sequence[tuple[str, float]]  # (topic or edge, time (s) by which its stamps are ahead of arrival)
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
-    """Compare a recording with its description and the compiled artifacts."""
+    """Compare a recording with its description and the compiled artifacts; return the findings, errors first."""
     Progress.step("judging the recording")
     findings = list(recording.troubles)
-    if (prefix := check_prefix(recording)) is not None:  # with a different prefix, no frame can be compared
+    if (prefix := check_prefix(recording)) is not None:  # without the right prefix, no frame can be compared
         findings += [prefix, *_clocks(recording), *_joints(recording)]
         return sort_findings([*findings, *_robot_description(recording, artifacts)])
     findings += dropped_transforms(recording)
@@ -65,7 +65,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
 
 
 def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
-    """Yield a finding if a recording has no transforms, or none that is in the description."""
+    """Yield a finding if a recording has no transforms, or if none of its transforms is in the description."""
     topics, subject = sorted(recording.topics), "the recording"
     if not has_tree and recording.messages == 0 and not topics:
         yield problem("recording-empty", subject, "the recording has no messages")
@@ -128,7 +128,6 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
-    """Yield findings for differences between the recorded /robot_description and the compiled URDF."""
     if (compiled := next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)) is None:
         return
     if len(recording.descriptions) > 1:
@@ -164,14 +163,14 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def answer_outcome(recording: Recording, answer: Answer) -> str:
-    """Return "as described", "not as described" or "not compared" for an answer of tf2_echo."""
+    """Return "as described", "not as described" or "not compared" for a transform printed by tf2_echo."""
     if (finding := _answer(recording, answer)) is None:
         return "as described"
     return "not compared" if finding.rule == "not-compared" else "not as described"
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
-    """Compare a tf2_echo answer (quaternion, RPY or matrix) with the description; return a finding if it differs."""
+    """Compare a transform printed by tf2_echo with the description; return a finding, or None if both are equal."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (frame for frame in (answer.source, answer.target) if frame not in known):
@@ -195,7 +194,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
         printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
         moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
         turned = expected.angle_to(printed) > reading.radians
-        if not (moved or turned):  # equal within the printed digits
+        if not (moved or turned):  # equal within the rounding of the printed digits
             continue
         recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
         place, turn = pose_text(printed).split(", ")
@@ -248,7 +247,7 @@ def _are(names: Sequence[str]) -> str:
 
 
 def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
-    """Yield findings for streams that are stamped by another clock, which is behind or ahead."""
+    """Yield findings for topics and edges with stamps from another clock, which is ahead or behind."""
     for ahead in (False, True):
         if not (group := [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]):
             continue
@@ -262,7 +261,7 @@ def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _ahead(leads: Leads) -> Iterator[Diagnostic]:
-    """Yield findings for streams that are stamped ahead of arrival; streams with a similar lead share a finding."""
+    """Yield findings for topics and edges with stamps in the future, one for each group with a similar offset."""
     waiting = sorted((one for one in leads if one[1] > _FAR_AHEAD), key=lambda one: -one[1])
     while waiting:
         most = waiting[0][1]
@@ -275,7 +274,7 @@ def _ahead(leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _sensors(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for the frame_id of messages with a header, at most one for each frame."""
+    """Yield findings for each frame_id that is unknown, available too late, or not available at the stamp."""
     failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:
@@ -343,14 +342,14 @@ def _slashed(recording: Recording, use: FrameUse) -> Diagnostic:
 
 
 def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield findings for sensors whose declared frame is not the frame_id of any message of their types."""
+    """Yield findings for sensors whose messages have a different frame_id than the frame in the description."""
     suspects: dict[tuple[str, ...], list[Sensor]] = {}
     sensors = recording.description.robot.sensors
     for sensor in sensors:
         types = _MESSAGES.get(sensor.type, ())
         used = {use.frame for use in recording.uses if use.type in types or use.type not in _OF_SENSORS}
         if sensor.stamps and not used & set(sensor.stamps):
-            explained = set()  # topics with a frame of another node or sensor, below this sensor, or already reported
+            explained = set()  # topics of another sensor or ROS node, or with a frame_id that is reported already
             for use in recording.uses:
                 stamps = [one.stamps for one in recording.description.robot.publishers]
                 stamps += [one.stamps for one in sensors if use.type in _MESSAGES.get(one.type, (use.type,))]

@@ -14,13 +14,13 @@ from .recording import Recording
 from .results import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
 from .series import APART, SECOND, Leaps, Series, transform_from
 
-_REPEATED = 0.4  # minimum share of repeated stamps that indicates two publishers
+_REPEATED = 0.4  # smallest share of repeated stamps that indicates two publishers
 _FEW = 3
-_LATE = 1.0  # s: an edge on /tf that arrives within this time was published before the recording started
+_LATE = 1.0  # s: an edge is late if its first transform arrives more than this time after the start
 
 
 def edges(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the findings for recorded edges."""
+    """Yield findings for recorded edges: wrong values, wrong parents, two publishers, or not in the description."""
     repeated, strange = list[Series](), list[Series]()
     for child, group in recording.into.items():
         if child in recording.description.by_child:
@@ -95,7 +95,7 @@ def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterato
 
 
 def _not_published(recording: Recording, series: Series) -> Diagnostic | None:
-    """Return a finding if a recorded edge is in the description, but no node should publish it in these modes."""
+    """Return a finding if the description has no publisher for a recorded edge in these modes, or None."""
     description = recording.description
     conditions = [edge.when for edge in description.edges if edge.child == series.child]
     message, help = f"{series.name} was published, but ", "look what --mode says, and what runs"
@@ -140,16 +140,16 @@ def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
 
 
 def leaps_text(leaps: Leaps) -> str:
-    """Return the reason why a stream seems to have two sources, for the evidence of a finding."""
+    """Describe the evidence that two nodes publish different values of the same transform or joint."""
     if leaps.contradict:
         return f"{share(leaps.contradictions, leaps.steps)} stamps come twice with different values"
     return f"{share(leaps.returns, leaps.steps)} samples leap back to where it was, by {leaps.largest:.3g} m or rad"
 
 
 class Way(NamedTuple):
-    """A combination of modes with its expected edges.
+    """A combination of modes with its expected edges, and the differences of the recording.
 
-    ``others`` pairs each recorded edge of another combination with the expected edge; ``text`` describes the modes.
+    ``others`` has (recorded edge, expected edge) for each frame with an edge of other modes; ``text`` names the modes.
     """
 
     modes: Mapping[str, bool]
@@ -160,7 +160,7 @@ class Way(NamedTuple):
 
 
 def best_way(recording: Recording) -> Way:
-    """Return the combination of modes with the fewest missing edges and, in a tie, the fewest edges of other modes."""
+    """Return the combination of modes with the fewest missing edges, then with the fewest edges of other modes."""
     ways = []
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
@@ -181,10 +181,10 @@ def other_modes(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def check_prefix(recording: Recording) -> Diagnostic | None:
-    """Return a finding if --prefix does not match the prefix of all recorded frames, or None."""
+    """Return a finding if the recorded frames do not start with the option ``prefix``, or None."""
     frames, description = recording.tree_frames, recording.description
     known, requested = description.frames | set(description.robot.link), description.options.prefix
-    # A text is a prefix if removing it turns at least half of the frames into frames of the description.
+    # Count the recorded frames for which the description has the name without the prefix, by prefix.
     counts = Counter(name[:at] for name in frames for at in range(1, len(name)) if name[at:] in known)
     fitting = [text for text, count in counts.items() if 2 * count >= len(frames) and not frames & known]
     prefix = next((text for text in fitting if all(name.startswith(text) for name in frames)), "")
@@ -199,11 +199,11 @@ def check_prefix(recording: Recording) -> Diagnostic | None:
 
 
 def missing(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield findings for expected edges that were not published, one for each node."""
+    """Yield findings for expected edges that were not published, one for each ROS node."""
     if not recording.complete:
         return
     way, description, silent = best_way(recording), recording.description, frozenset[str]()
-    if recording.joints.pace.count:  # another finding reports joints that are missing in /joint_states
+    if recording.joints.pace.count:  # for joints that are missing in /joint_states, there is another finding
         silent = description.joint_names - recording.joints.reported.keys()
     no_static = recording.timed and not any(series.static for series in recording.series.values())
     if no_static and (static := [edge.name for edge in way.missing if not edge.moving]):
@@ -230,7 +230,7 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def stale(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield findings for moving edges whose newest transform was older than --stale, one for each node."""
+    """Yield findings for moving edges whose newest transform was older than --stale, one for each ROS node."""
     limit, silence, end = recording.description.options.stale, recording.silence, recording.end
     for series in recording.series.values():
         if series.age is not None and series.edge and not series.static and limit < series.age <= YEAR:
@@ -254,7 +254,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
             return False
         if (step := pace.step) is None:
             return True
-        # Another finding reports steps of the clock. A pause of the recorder can look like such a step.
+        # Ignore edges whose clock was set, because another rule reports them, and pauses of the recorder.
         of_recorder = silence.seconds > _LATE and abs(step.size - silence.seconds) < _LATE
         return not of_recorder and min(step.before, step.after) >= -APART
 
@@ -273,7 +273,7 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _by_owner(series: Iterable[Series]) -> Iterable[list[Series]]:
-    """Group edges by the node that publishes them; each edge without a known node forms its own group."""
+    """Group edges by the ROS node that publishes them; an edge without a known publisher is a group of one."""
     groups: dict[str, list[Series]] = {}
     for one in series:
         groups.setdefault(one.owner or one.name, []).append(one)
@@ -286,10 +286,9 @@ def _names(group: Sequence[Series], first: Series) -> str:
 
 
 def late(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield findings for moving edges that first arrived long after the start, one for each node."""
+    """Yield findings for moving edges that first arrived long after the start, one for each ROS node."""
 
     def waited(series: Series) -> float:
-        """Return the time (s) from the start to the first transform, minus a pause of the recorder."""
         time, silence = recording.since_start(series.pace.first), recording.silence
         return time - (silence.seconds if silence.seconds > _LATE and series.pace.first > silence.at else 0.0)
 

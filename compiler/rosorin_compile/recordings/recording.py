@@ -19,14 +19,14 @@ _NO_TIMES: Times = np.empty(0, np.int64)
 
 
 class Rows:
-    """Buffer for the messages of a transform, the positions of a joint, or the headers with a frame on a topic."""
+    """A growing table of messages: (time of arrival, stamp, values) for a transform, a joint or a topic."""
 
     def __init__(self) -> None:
         self._times = array("q")
         self._values, self._width = array("d"), 0
 
     def add(self, received: int, stamp: int, values: Sequence[float] = ()) -> None:
-        """Add a message; times are in ns, and all messages have the same number of values."""
+        """Add a message; times are in ns, and the number of values is the same for all messages."""
         self._times.extend((received, stamp))
         self._values.extend(values)
         self._width = len(values)
@@ -37,14 +37,14 @@ class Rows:
         return np.asarray(np.frombuffer(self._times, np.int64).reshape(-1, 2).T, np.int64)
 
     def messages(self, clock: Times | None) -> Messages:
-        """Return the messages; ``clock`` (2, n) maps times of arrival (ns, ascending) to another clock."""
+        """Return the messages; ``clock`` (2, n), if any, has times of arrival (ns) and times of another clock."""
         received, stamps = self.times
         received = received if clock is None else np.interp(received, *clock).astype(np.int64)
         return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), self._width))
 
 
 class PrintedTransform(NamedTuple):
-    """A translation and rotation (``turn``) from tf2_echo, None if not printed, and their rounding tolerances."""
+    """A transform printed by tf2_echo: translation and rotation (None if not printed), and their rounding errors."""
 
     xyz: Vector | None
     turn: Transform | None
@@ -53,7 +53,7 @@ class PrintedTransform(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The output of tf2_echo: the pose of ``target`` in ``source``, from ``line`` of the text.
+    """A transform that tf2_echo printed, the pose of ``target`` in ``source``, and its line number in the text.
 
     ``why`` is the error message if tf2 found no transform. ``positions`` are the known joint positions (rad or m).
     """
@@ -71,7 +71,7 @@ class Answer(NamedTuple):
 
 
 class FrameRow(NamedTuple):
-    """A frame in view_frames, with its rate in Hz and the age of its newest transform in s, or None if unknown."""
+    """A transform in the output of view_frames: rate in Hz, and age of the newest sample in s, or None if unknown."""
 
     parent: str
     child: str
@@ -82,7 +82,7 @@ class FrameRow(NamedTuple):
 
 @dataclass
 class FrameUse:
-    """The messages with a header on a topic that have the same frame_id. Times are in ns."""
+    """The messages on a topic that have the same frame_id in their header. Times are in ns."""
 
     topic: str
     type: str
@@ -93,14 +93,14 @@ class FrameUse:
     ready: int | None = None  # time when the frame was connected to the tree, or None
     waited_for: str = ""  # the edge that arrived last and connected the frame
     lookups: dict[str, Lookup] = field(default_factory=dict)
-    slowest: dict[str, Series] = field(default_factory=dict)  # by target frame: edge that caused most failed lookups
+    slowest: dict[str, Series] = field(default_factory=dict)  # by target frame: edge with most failed lookups
 
 
 class Recording:
-    """The contents of a recording.
+    """The contents of a recording. Readers add messages, then call ``finish``, which computes the statistics.
 
     If ``complete``, edges that are not recorded were not published; if ``timed``, times of arrival are known.
-    Readers add messages and call ``finish``; afterwards ``series``, ``joints`` and ``uses`` have their statistics.
+    The statistics are in ``series`` (edges), ``joints`` and ``uses`` (topics by frame_id).
     """
 
     def __init__(self, description: Description, form: str, complete: bool = False, timed: bool = False) -> None:
@@ -109,24 +109,24 @@ class Recording:
         self.silence = Gap()  # the longest time without any message
         self.topics: dict[str, str] = {}
         self.edges: dict[EdgeKey, Rows] = {}
-        self.states, self.positions = Rows(), dict[str, Rows]()  # messages of /joint_states, and positions by joint
-        self.short_states = 0  # joint states with fewer positions than names
+        self.states, self.positions = Rows(), dict[str, Rows]()  # headers of /joint_states, and positions by joint
+        self.short_states = 0  # messages of /joint_states with fewer positions than names
         self.headers: dict[tuple[str, str, str], Rows] = {}  # key: topic, type, frame
         self.slashed: dict[tuple[str, str], int] = {}  # number of messages with a leading "/", by topic and frame
         self.descriptions = dict[bytes, None]()  # the texts of /robot_description
         self.troubles = list[Diagnostic]()
         self.answers, self.refused, self.rows = list[Answer](), list[Answer](), list[FrameRow]()
-        self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: parent equals child, or an empty name
-        self.tree_frames: set[str] = set()  # recorded names, which include the prefix
+        self.dropped: dict[EdgeKey, int] = {}  # number of transforms that tf2 rejects, by edge
+        self.tree_frames: set[str] = set()  # names of frames as recorded, with the prefix
         self.series: dict[EdgeKey, Series] = {}
         self.parents: dict[str, str] = {}
         self.uses: list[FrameUse] = []
         self.joints: JointStates
 
     def frame(self, name: str) -> str:
-        """Convert a recorded frame_id to a name of the description: remove a leading "/" and the option ``prefix``.
+        """Convert a recorded frame_id to the name in the description: remove a leading "/" and the option ``prefix``.
 
-        For a link that lacks the prefix, return "NAME without PREFIX", because it is not a frame of this robot.
+        If the name of a link lacks the prefix, return "NAME without PREFIX", because the frame is of another robot.
         """
         name, prefix = name.removeprefix("/"), self.description.options.prefix
         if prefix and not name.startswith(prefix) and name in self.description.robot.link:
@@ -134,7 +134,7 @@ class Recording:
         return name.removeprefix(prefix)
 
     def tree_frame(self, name: str) -> str:
-        """Convert a frame_id of a transform as ``frame`` does, and add the recorded name to ``tree_frames``."""
+        """Convert the frame_id of a transform like ``frame``, and add the recorded name to ``tree_frames``."""
         self.tree_frames.add(name.removeprefix("/"))
         return self.frame(name)
 
@@ -142,7 +142,7 @@ class Recording:
         """Add a message of /joint_states: times in ns, positions in rad or m."""
         self.states.add(received, stamp)
         self.short_states += 0 < len(positions) < len(names)
-        for name, position in zip(names, positions, strict=False):  # messages may lack positions
+        for name, position in zip(names, positions, strict=False):  # positions can be empty
             self.positions.setdefault(name, Rows()).add(received, stamp, (position,))
 
     def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
@@ -153,9 +153,9 @@ class Recording:
             self.slashed[topic, name] = self.slashed.get((topic, name), 0) + 1
 
     def finish(self, clock: Times | None = None) -> None:
-        """Compute ``series``, ``joints`` and ``uses`` from the messages, after all messages are added.
+        """Compute ``series``, ``joints`` and ``uses`` after all messages are added.
 
-        ``clock`` (2, n) maps times of arrival (ns, ascending) to another clock.
+        ``clock`` (2, n), if any, has times of arrival (ns, ascending) and the same times on another clock.
         """
         pace = Pace(*self.states.messages(clock)[:2], self.start, self.timed)
         states = {name: rows.messages(clock) for name, rows in self.positions.items()}
@@ -188,7 +188,6 @@ class Recording:
         return series
 
     def _is_of_other_robot(self, frame: str) -> bool:
-        """Return True if a frame is a frame of this description with the prefix of another robot in a fleet."""
         name = frame.rpartition("/")[2]
         foreign = bool(self.description.options.prefix) and "/" in frame and " " not in frame
         return foreign and (name in self.description.frames or name in self.description.robot.link)
@@ -216,7 +215,7 @@ class Recording:
         return chain
 
     def _look_up_all(self, use: FrameUse) -> None:
-        """Simulate the tf2 lookups for all messages of a frame, in the root of the robot and in its parent frame."""
+        """Simulate tf2 lookups from a frame to the robot base, and to the parent of the base, such as odom."""
         start, base = self.start, self.description.top(use.frame)
         if (chain := self.chain(use.frame, base)) is None:
             use.early = use.pace.count
@@ -224,9 +223,9 @@ class Recording:
             use.ready = start
             for series in chain:
                 came = series.pace.first
-                if series.static and series.pace.first_stamp > 0:  # latched: published before it arrived
+                if series.static and series.pace.first_stamp > 0:  # published before the recorder subscribed
                     came = min(came, series.pace.first_stamp)
-                elif not series.static and came - start <= SECOND:  # published before the recording started
+                elif not series.static and came - start <= SECOND:  # probably published before the recording
                     came = start
                 if came > use.ready:
                     use.ready, use.waited_for = came, series.name
@@ -238,7 +237,7 @@ class Recording:
 
 
 def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> None:
-    """Simulate lookupTransform to ``target`` at the stamp of each message when it arrives, and count failures.
+    """Count the messages for which lookupTransform to ``target`` at their stamp would fail when they arrive.
 
     A lookup fails if the stamp is newer than the newest transform of a moving edge (tf2/src/time_cache.cpp).
     """

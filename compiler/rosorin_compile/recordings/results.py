@@ -41,7 +41,7 @@ def problem(
 
 
 def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Remove duplicate findings, and sort the others by severity; the order is otherwise unchanged."""
+    """Remove duplicate findings, and sort the rest by severity (a stable sort)."""
     unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:
         unique.setdefault((finding.rule, finding.of, finding.message), finding)
@@ -65,7 +65,7 @@ def rate_text(rate: float | None) -> str:
 
 
 def share(part: int, total: int) -> str:
-    """Format a share of a total with its percentage: '12 of 300 (4 %)'."""
+    """Format a number of messages as a share of all messages, such as "12 of 300 (4 %)"."""
     percent = 100 * part / total if total else 0.0
     shown = f"{percent:.0f}" if percent >= 1 or percent == 0 else f"{percent:.1g}"
     return f"{part:,} of {total:,} ({shown} %)"
@@ -111,7 +111,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
 
 def value_rule(described: Transform, recorded: Transform) -> str:
-    """Return the rule that reports a wrong value; a half turn about z suggests a sensor that is mounted backwards."""
+    """Return the id of the rule for a wrong transform: ``mounted-backwards`` for a half turn about z."""
     axis, angle = described.turn_to(recorded)
     return "mounted-backwards" if abs(angle - math.pi) <= _NEAR and _main_axis(axis) == "z" else "edge-wrong-value"
 
@@ -149,7 +149,7 @@ class RecordedEdge:
 
 @dataclass
 class RecordedJoint:
-    """A joint in /joint_states; a mimic joint is compared with the joint that it mimics."""
+    """The positions of a joint in /joint_states; those of a mimic joint are compared with the joint that it follows."""
 
     name: Annotated[str, "Its name."]
     lowest: Annotated[float | None, "The lowest position in radians or metres."]
@@ -164,7 +164,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class Lookup:
-    """The simulated tf2 lookups of a frame in ``target`` at the stamp of each message, when the message arrived."""
+    """Results of tf2 lookups of ``target`` that are simulated for each message, at its stamp and when it arrives."""
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]
@@ -175,7 +175,7 @@ class Lookup:
 
 @dataclass(frozen=True)
 class RecordedSensor:
-    """The messages with a header on a topic that have the same frame_id."""
+    """The messages on a topic that have the same frame_id in their header."""
 
     topic: Annotated[str, "The topic."]
     type: Annotated[str, "Its type; empty if unknown."]
@@ -234,7 +234,7 @@ class Verification:
     data: Any = field(default=None, repr=False, compare=False)
 
     def fails(self, strict: bool = False) -> bool:
-        """Return True if the recorded robot differs from the description; ``strict`` treats warnings as errors."""
+        """Return True if there is an error or, with ``strict``, a warning."""
         return any(one.severity == "error" or (strict and one.severity == "warning") for one in self.findings)
 
 
@@ -282,7 +282,7 @@ def summary(result: Verification, name: str, strict: bool) -> str:
 
 
 def _age(edge: RecordedEdge) -> str:
-    """Format the mean age of the transforms of an edge, or their lead, and the largest age of the newest transform."""
+    """Format the mean age of transforms when they arrive, and the largest age that the newest transform reached."""
     if edge.mean_age is None:
         return "-" if edge.oldest is None else "no stamp"
     if edge.other_clock:

@@ -1,4 +1,4 @@
-"""Analyse streams of messages (rates, gaps, clocks, duplicate sources), joint states, and the transforms of an edge.
+"""Statistics of messages (rates, gaps, clocks, duplicate publishers), of joint states, and of recorded transforms.
 
 Quaternions are (x, y, z, w) as in ROS.
 """
@@ -20,30 +20,30 @@ Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
 
 SECOND = 1_000_000_000
-SLICES = 240  # maximum number of time slices of a recording
+SLICES = 240  # maximum number of time slices that a recording is divided into
 JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; messages can overtake each other by less
 SIMULATED = 10**8 * SECOND  # ns: earlier stamps (before 1973) are simulation time, which starts at 0
-APART = 60.0  # s: stamps and times of arrival that always differ by more come from two clocks
+APART = 60.0  # s: stamps that all differ from their times of arrival by more come from another clock
 
-# A step of a clock is detected between three time slices before and three after it, each at least 0.8 s wide.
+# To detect that a clock was set, compare three time slices before with three slices after, each at least 0.8 s wide.
 _SLICE, _SIDE = 8 * SECOND // 10, 3
-# The smallest step (s), and, if all stamps are older than arrival, the smallest that is not a transmission delay.
+# The smallest change of a clock to report (s); if no stamp is in the future, a change below _DELAY may be a delay.
 _STEP, _DELAY = 0.25, 5.0
-AHEAD = 0.1  # s: synchronized clocks differ by less, so smaller leads of stamps are ignored
+AHEAD = 0.1  # s: stamps that are less far in the future are ignored, because clocks are not exactly synchronized
 TREMBLING = 0.02  # rad or m: amplitude of a servo that holds a position
 _SLIDING = 1e-3  # m: tolerance for the position of a prismatic mimic joint
 _BEYOND = 1e-6
 
 
 class Gap(NamedTuple):
-    """A gap between messages, or an age: its duration in s, and the time (ns) when it started or was observed."""
+    """A pause between messages, with its start (ns), or the age of a transform, with the time of observation (ns)."""
 
     seconds: float = 0.0
     at: int = 0
 
 
 class Step(NamedTuple):
-    """A step of the clock that stamps messages: its time (ns), and the lead of stamps over arrival (s) around it."""
+    """A change of a clock: the time (ns), and how far stamps were ahead of arrival (s) before and after it."""
 
     time: int
     before: float
@@ -52,9 +52,9 @@ class Step(NamedTuple):
 
 
 class Pace:
-    """Rates, gaps and ages of a stream of messages in order of arrival. Times are in ns, ages and gaps in s.
+    """Rates, gaps and ages of messages on a topic, in order of arrival. Times are in ns, ages and gaps in s.
 
-    ``start`` is the start of the recording; ``timed`` is True if arrival times are known.
+    ``start`` is the start of the recording; ``timed`` is True if times of arrival are known.
     """
 
     def __init__(self, received: Times, stamps: Times, start: int, timed: bool) -> None:
@@ -76,21 +76,21 @@ class Pace:
         self.jumps = int(np.count_nonzero(falls > JUMP))
         self.farthest_jump = _longest(falls, received[1:])
         self.repeated = int(np.count_nonzero((np.diff(stamps) == 0) & (stamps[1:] != 0)))
-        # The newest data in a listener is oldest just before the next message arrives.
+        # The age of the newest data is largest just before the next message arrives.
         newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
         self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
-        # Simulation time starts at zero, so its first messages are not unstamped.
+        # In a simulation, time starts at zero, so a few zero stamps at the start are valid.
         begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
         self.unstamped = self.zeros > 0 and not begins
-        # Stamps of another clock are far from arrival but advance at its rate; stamps that do not advance are old data.
+        # If stamps advance slower than half the rate of arrival, the data is old, rather than stamped by another clock.
         limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
         self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
 
     @property
     def alternates(self) -> bool:
-        """Return True if the stamps look like those of two publishers with equal periods.
+        """Return True if the stamps look like those of two publishers with the same rate.
 
-        Then single steps between stamps vary, but the sum of two adjacent steps is always one period.
+        In this case the time between stamps varies, but the time from a stamp to the second next one is constant.
         """
         one, two = np.diff(self.stamps) / SECOND, (self.stamps[2:] - self.stamps[:-2]) / SECOND
         if len(one) < 20 or one.sum() <= 0:
@@ -98,20 +98,20 @@ class Pace:
         return bool(one.var() > (0.15 * one.mean()) ** 2 and two.var() < 0.1 * one.var())
 
     def oldest_until(self, end: int) -> Gap:
-        """Return the largest age of the newest stamp up to the end (ns) of the recording."""
+        """Return the largest age that the newest message had until the end (ns) of the recording."""
         rest = (end - self.newest) / SECOND
         return Gap(rest, end) if rest > self.oldest.seconds else self.oldest
 
     def slices(self, width: int) -> Times:
-        """Return the index (n,) of the time slice in which each message arrived; slices are ``width`` ns wide."""
+        """Return the index of the time slice in which each message arrived (n,); slices are ``width`` ns wide."""
         return np.asarray(np.clip((self.received - self.start) // width, 0, SLICES - 1), np.int64)
 
     @cached_property
     def step(self) -> Step | None:
-        """The largest step of the clock that stamps the messages, else its drift, or None if it has neither.
+        """The time when the clock of the publisher was set (the largest change), else its drift, else None.
 
-        The lead of a time slice is the largest stamp minus arrival, from the message with the shortest delay.
-        Leads before and after a step must be steady, so that growing delays are not a step.
+        This compares stamps with times of arrival, using the message with the shortest delay in each time slice.
+        The differences before and after the change must be steady, so that growing delays are not reported.
         """
         width = slice_width(int(self.received.max(initial=self.start)) - self.start, _SLICE)
         leads, stamped = np.full(SLICES, -np.inf), self.stamps != 0
@@ -131,20 +131,19 @@ class Pace:
 
 
 def slice_width(span: int, width: int = SECOND // 10) -> int:
-    """Return the width (ns) of time slices, at least ``width``, so that ``SLICES`` of them cover ``span`` ns."""
+    """Return the width (ns) of time slices, at least ``width``, so that at most ``SLICES`` cover ``span`` ns."""
     while span // width >= SLICES:
         width *= 2
     return width
 
 
 def _longest(spans: Times, times: Times) -> Gap:
-    """Return the longest of ``spans`` (ns) with the time at the same index, or an empty gap if none is positive."""
     at = int(spans.argmax()) if len(spans) else 0
     return Gap(float(spans[at] / SECOND), int(times[at])) if len(spans) and spans[at] > 0 else Gap()
 
 
 def _drift(leads: Floats, start: int) -> Step | None:
-    """Return the first and last lead if leads change linearly because a clock runs too fast or too slow, or None."""
+    """Return the drift of a clock if ``leads`` (stamp minus arrival, s) change linearly, or None."""
     at = np.arange(len(leads))
     line = np.polyval(np.polyfit(at, leads, 1), at)
     step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
@@ -152,8 +151,8 @@ def _drift(leads: Floats, start: int) -> Step | None:
     return step if even and step.size > _STEP and min(step.before, step.after) > -AHEAD else None
 
 
-LEAP = 5e-3  # m or rad: smallest change of a value that counts as a leap to the value of a second source
-# A stream has two sources if more than a share of its steps and leaps, and enough leaps, return to earlier values.
+LEAP = 5e-3  # m or rad: smallest change between two messages that may be a change of the publisher
+# Two publishers are likely if at least _FEWEST leaps, _SHARE of messages and _RETURNING of leaps return to old values.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
 
 Distance = Callable[[Floats, Floats], Floats]
@@ -164,9 +163,9 @@ def _max_difference(one: Floats, other: Floats) -> Floats:
 
 
 class Leaps:
-    """Signs of two sources in a stream: leaps back to an earlier value, and different values with the same stamp.
+    """Signs of two publishers: leaps back to an earlier value, and different values with the same stamp.
 
-    ``values`` (n, k) are in order of arrival; ``distance`` compares rows, ``leap`` is the smallest distance of a leap.
+    ``values`` (n, k) are in order of arrival. A leap is a ``distance`` above ``leap`` between successive values.
     """
 
     def __init__(self, stamps: Times, values: Floats, distance: Distance = _max_difference, leap: float = LEAP) -> None:
@@ -182,14 +181,14 @@ class Leaps:
         self.contradictions, self.leaps, self.returns = len(again), len(leaping), len(returned)
         self.largest = float(far[returned - 1].max(initial=0.0))
         first = min([*again[:1], *returned[:1]], default=0)
-        self.pair = values[first - 1 : first + 1]  # the first two contradicting values, or empty
+        self.pair = values[first - 1 : first + 1]  # the first two values that differ, or empty
         self.contradict = self.contradictions >= 3  # fewer can be a coincidence
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
-        self.two = self.contradict or returns  # the stream seems to have two sources with different values
+        self.two = self.contradict or returns  # two publishers seem to send different values
 
 
 class Messages(NamedTuple):
-    """Messages in order of arrival: times in ns (n,), and values (n, k).
+    """Messages in order of arrival: times of arrival and stamps in ns (n,), and values (n, k).
 
     The values of a transform are x, y, z in m and a quaternion; the value of a joint state is a position in rad or m.
     """
@@ -199,17 +198,17 @@ class Messages(NamedTuple):
     values: Floats
 
     def transform(self, at: int) -> Transform:
-        """Return the message with an index as a transform."""
+        """Return the message at an index as a transform."""
         return transform_from(self.values[at])
 
 
 class JointStates:
-    """The messages on /joint_states: ``pace`` covers all messages, ``states`` has the positions of each joint."""
+    """The messages on /joint_states: ``pace`` has statistics of all messages, ``states`` the positions by joint."""
 
     def __init__(self, robot: Robot, pace: Pace, states: Mapping[str, Messages]) -> None:
         self.robot, self.pace = robot, pace
-        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 1)))  # leaps of the first joint with two sources
-        self._states: dict[str, Messages] = {}  # by joint, ordered by stamp
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 1)))  # leaps of the first joint that has two publishers
+        self._states: dict[str, Messages] = {}  # key: joint name; messages are ordered by stamp
         self.reported: dict[str, RecordedJoint] = {}
         for name, messages in states.items():
             leaps = Leaps(messages.stamps, messages.values, leap=TREMBLING)
@@ -234,10 +233,11 @@ class JointStates:
         return (-np.inf if lower is None else lower), (np.inf if upper is None else upper)
 
     def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return the joint positions (n,) that robot_state_publisher used at stamps (n,), and where they are known.
+        """Return the positions (n,) that robot_state_publisher used for transforms with these stamps (n,), and a mask.
 
-        If several messages have the same stamp, the one closest to ``received`` counts. The position of a mimic joint
-        takes precedence over that of its leader (``callbackJointState`` of robot_state_publisher).
+        The mask (n,) is False where the position is unknown. If several joint states have the same stamp, the state
+        closest to ``received`` is used. A recorded position of a mimic joint takes precedence over the joint that it
+        follows (``callbackJointState`` of robot_state_publisher).
         """
         positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
         if (states := self._states.get(joint.name)) is not None:
@@ -252,7 +252,7 @@ class JointStates:
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
     def _compare_follower(self, joint: Joint, leader: Joint) -> None:
-        """Count how often a mimic joint did not follow its leader; skip it if turns of the leader are ambiguous."""
+        """Count the positions of a mimic joint that do not follow ``leader``, unless full turns make them ambiguous."""
         turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
         if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
             return
@@ -275,9 +275,9 @@ class EdgeKey(NamedTuple):
 
 
 class Series:
-    """The recorded transforms of an edge on /tf_static (``static``) or /tf; ``edge`` is the expected edge or None.
+    """The recorded transforms parent -> child on /tf_static (``static``) or /tf; ``edge`` is the expected edge or None.
 
-    A ``listed`` edge is only known from view_frames, where ``age`` is the age of its newest transform (s) or None.
+    If ``listed``, only the output of view_frames is known; ``age`` is the age (s) of the newest transform, or None.
     """
 
     def __init__(self, key: EdgeKey, samples: Messages, pace: Pace, tree: Description, joints: JointStates) -> None:
@@ -293,10 +293,10 @@ class Series:
         self.samples = samples = samples if not self.bad else Messages(*(values[good] for values in samples))
         places, turns = samples.values[:, :3], _normalised(samples.values[:, 3:])
         self.edge = edge = tree.edge_like(parent, child, static, samples.transform(0) if len(turns) else None)
-        self.owner = tree.owners(child)  # node that should publish the edge, or "" if unknown
+        self.owner = tree.owners(child)  # ROS node that should publish the edge, or "" if unknown
         self.by_owner = f" ({self.owner})" if self.owner else ""
         self.constant = static or (edge is not None and not edge.moving)
-        self.has_parent = edge is not None and edge.parent == parent  # the parent agrees with the description
+        self.has_parent = edge is not None and edge.parent == parent  # the parent is as described
         self.compared = self.by_state = self.wrong = self.others = 0
         self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
         self.first_other: Transform | None = None
@@ -320,25 +320,24 @@ class Series:
 
     @cached_property
     def newest(self) -> Times:
-        """The newest stamp (n,) among the messages received up to each arrival."""
+        """The newest stamp that had been received when each message arrived (n,)."""
         return np.asarray(np.maximum.accumulate(self.pace.stamps), np.int64)
 
     @cached_property
     def leaps(self) -> Leaps:
-        """The leaps between transforms of a moving edge."""
+        """The signs that two ROS nodes publish this edge; empty for a static edge."""
         return Leaps(self.samples.stamps[: 0 if self.constant else None], self.samples.values, _distance)
 
     @property
     def has_two_sources(self) -> bool:
-        """Return True if two nodes seem to publish different values; False if all values agree with /joint_states."""
+        """Return True if two ROS nodes seem to publish different values, unless all values are as described."""
         return not self.constant and self.leaps.two and not (self.compared and not self.wrong)
 
 
 def _expected_values(edge: ExpectedEdge, samples: Messages, joints: JointStates) -> tuple[Floats, Floats, int]:
     """Return the expected xyz (n, 3) and quaternions (n, 4) of samples, and the number of samples with a joint state.
 
-    For a sample without a joint state, the expected value is the nearest transform that the joint can produce,
-    because a transform that no joint position produces is always wrong.
+    For a sample without a joint state, this is the nearest transform that a position of the joint can produce.
     """
     count, joint, origin = len(samples.stamps), edge.joint, edge.transform or Transform()
     w, x, y, z = origin.quaternion()
@@ -358,13 +357,13 @@ def _expected_values(edge: ExpectedEdge, samples: Messages, joints: JointStates)
 
 
 def transform_from(pose: Floats) -> Transform:
-    """Convert a pose (7,), x, y, z and a quaternion, to a transform."""
+    """Convert a pose (7,) of x, y, z and a quaternion to a transform."""
     px, py, pz, x, y, z, w = pose.tolist()
     return Transform.of_quaternion((px, py, pz), (w, x, y, z))
 
 
 def _distance(one: Floats, other: Floats) -> Floats:
-    """Return the distance (n,) between poses (n, 7): the larger of translation (m) and rotation (rad)."""
+    """Return distances (n,) between poses (n, 7): the maximum of translation (m) and rotation (rad)."""
     metres = _max_difference(one[:, :3], other[:, :3])
     radians = 2.0 * np.minimum(*(_max_difference(one[:, 3:], sign * other[:, 3:]) for sign in (1, -1)))
     return np.asarray(np.maximum(metres, radians), np.float64)
@@ -375,12 +374,11 @@ def _normalised(quaternions: Floats) -> Floats:
 
 
 def _product(a: Floats, b: Floats) -> Floats:
-    """Multiply quaternions (n, 4) or (4,)."""
     u, v, s, t = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
     return np.concatenate((s * v + t * u + np.cross(u, v), s * t - (u * v).sum(axis=-1, keepdims=True)), axis=-1)
 
 
 def _angles(a: Floats, b: Floats) -> Floats:
-    """Return the angles (n,) in rad, from 0 to pi, between quaternions (n, 4) or (4,)."""
+    """Return the angles (n,) from 0 to pi between two rotations, given as quaternions (n, 4) or (4,)."""
     turn = _product(a * (-1.0, -1.0, -1.0, 1.0), b)
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(turn[..., :3], axis=-1), np.abs(turn[..., 3])), np.float64)

@@ -18,10 +18,10 @@ from .recording import Answer, FrameRow, PrintedTransform, Recording, Rows
 from .results import problem
 from .series import SECOND, EdgeKey
 
-# Terminal escape sequences for colours, cursor control and window titles (ECMA-48, 5.4 and 8.3.89).
+# Terminal escape sequences for colours, cursor movement and window titles (ECMA-48, 5.4 and 8.3.89).
 _CONTROL = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)|[@-Z\\^_=>()][0-9A-B]?)")
 _TIME = r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?Z?"
-# Prefixes of copied lines: a time (from script, ts or logs), a pane border of tmux, or ">" of a quotation.
+# What can precede copied lines: a time (from script, ts or logs), a tmux pane border, or the ">" of a quotation.
 _PREFIXES = (
     re.compile(rf"\[?(?:\d{{4}}-\d\d-\d\d[T ]|[A-Z][a-z]{{2}} +\d{{1,2}} )?{_TIME}\]? ?"),
     re.compile(r"\[?\d{6,}\.\d+\]? "),
@@ -54,7 +54,7 @@ _DOT_FIELD = re.compile(r"(?:^|\\n)\s*([\w ]+): *([-+]?[\d.]+(?:[eE][-+]?\d+)?)"
 
 
 def plain_lines(text: str) -> list[str]:
-    r"""Split a text into lines, and remove colours and any prefix that nearly all lines have.
+    r"""Split text copied from a terminal into lines, and remove colours and any prefix that nearly all lines have.
 
     >>> plain_lines("\x1b[32m> At time 0.0\x1b[0m\r\n> - Matrix:")
     ['At time 0.0', '- Matrix:']
@@ -68,7 +68,7 @@ def plain_lines(text: str) -> list[str]:
 
 
 def read_text(text: str, recording: Recording) -> None:
-    """Add the messages in a text to a recording; report parts that cannot be parsed in ``recording.troubles``."""
+    """Add the messages in a text to a recording; add diagnostics for other parts to ``recording.troubles``."""
     _TextReader(recording).read("\n".join(plain_lines(text)))
 
 
@@ -76,7 +76,7 @@ class _TextReader:
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self.questions: list[tuple[str, str]] = []
-        self.blocks: list[tuple[int, dict[str, list[str]]]] = []  # line number, numbers by representation
+        self.blocks: list[tuple[int, dict[str, list[str]]]] = []  # (line number, printed numbers by kind, such as xyz)
         self.topic = ""
         self.positions: dict[str, float] = {}
         self.understood = False
@@ -88,7 +88,7 @@ class _TextReader:
             kind = str(item.lastgroup)
             if kind == "topic":
                 words = [word for word in item["words"].split() if not word.startswith("-")]
-                words.sort(key=lambda word: not word.startswith("/"))  # words without / may be option values
+                words.sort(key=lambda word: not word.startswith("/"))  # other words may be values of options
                 self.topic = words[0] if words else ""
             elif kind == "question":  # a command line; the next lines are its output
                 if self.blocks:
@@ -103,7 +103,7 @@ class _TextReader:
                 self.understood, block = True, dict[str, list[str]]()
                 self.blocks.append((line, block))
                 for match in _FORM_LINE.finditer(item[0]):
-                    if (form := _FORMS[match[1]]) in block:  # the second line of one form starts the next transform
+                    if (form := _FORMS[match[1]]) in block:  # a kind that occurs again starts the next transform
                         block = {}
                         self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
                     block[form] = re.findall(r"[-+]?(?:\d+\.?\d*(?:[eE][-+]?\d+)?|nan|inf)", match[2])
@@ -131,7 +131,7 @@ class _TextReader:
         return self.recording.tree_frame(frame.strip("'\""))
 
     def _pair(self) -> None:
-        """Assign each output of tf2_echo to the command line above it, which names the frames."""
+        """Assign each output of tf2_echo to the frames in the command line above the output."""
         questions, blocks = self.questions, self.blocks
         self.questions, self.blocks = [], []
         options = self.recording.description.options
@@ -212,12 +212,12 @@ def _stamp(header: Mapping[str, Any]) -> int:
 
 
 def _readings(forms: dict[str, list[str]]) -> Iterator[PrintedTransform]:
-    """Yield each complete representation of a transform; tolerances add the rounding errors of all printed numbers.
+    """Yield a transform for each complete representation (matrix, quaternion, RPY) in an output of tf2_echo.
 
-    If several solutions of roll, pitch, yaw are printed, they are the same rotation.
+    The tolerances are computed from the number of printed digits.
     """
     counts = {"xyz": 3, "matrix": 16, "quaternion": 4, "degree": 3, "radian": 3}
-    printed = {}  # by representation (xyz, matrix, ...): numbers, and half of their last printed digit
+    printed = {}  # by representation: (numbers, rounding error of a number)
     for form, texts in forms.items():
         digits = [len(text.partition(".")[2]) for text in texts if "e" not in text.lower()]
         printed[form] = (list(map(float, texts)), 0.5 * 10.0 ** -max(digits, default=3))

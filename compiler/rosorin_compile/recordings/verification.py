@@ -38,9 +38,9 @@ _LETTERS = 46
 
 
 def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verification:
-    """Compare a recording with a robot; ``pose`` names the joint positions for tf2_echo, or is "".
+    """Compare a recording with a robot; ``pose`` is the name of its pose while tf2_echo ran, or "" if unknown.
 
-    Raises RequestError for a mode, node or pose that the robot does not have, and for invalid times.
+    Raises RequestError if the robot does not have a mode, ROS node or pose, and for invalid times.
     """
     name, understood = request.description.name, request.understand()
     case, path, diagnostics = understood.case, request.description.path, understood.diagnostics
@@ -78,19 +78,19 @@ def verify(
     standard_input: Callable[[], bytes] = lambda: b"",
     case: Case | None = None,
 ) -> Verification:
-    """Compare a recording with a robot and its artifacts; ``case`` adds source positions to the findings.
+    """Compare a recording with a robot and its artifacts; ``case`` has the source positions for the findings.
 
     ``source`` is a rosbag2 folder, one of its files, a text file, or "-" for text on standard input. Raises Unreadable.
     """
     description = Description(robot, options)
-    with np.errstate(all="ignore"):  # calculations with recorded inf and nan would warn
+    with np.errstate(all="ignore"):  # avoid warnings for recorded inf and nan
         if source == "-":
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source))
         findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
         for number, finding in enumerate(findings):
-            if case is not None and (edge := edges.get(finding.of[0])):  # add the line of the edge in the description
+            if case is not None and (edge := edges.get(finding.of[0])):  # add the position in the YAML
                 path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
                 place = Related("described here", case.tree.locate(path, key=True).span)
                 findings[number] = replace(finding, related=(*finding.related, place))
@@ -117,7 +117,7 @@ def _read_path(description: Description, path: Path) -> Recording:
 
 
 def _bags(folder: Path) -> list[Path]:
-    """Return the folder if it has a metadata.yaml that rosbags can read, else its bag files. Raises Unreadable."""
+    """Return the folder if rosbags can read its metadata.yaml, else the bag files in it. Raises Unreadable."""
     if files.is_file(folder / "metadata.yaml"):
         return [folder]
     if bags := [path for path in sorted(folder.iterdir()) if path.suffix in SUFFIXES and files.is_file(path)]:
@@ -171,7 +171,7 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
-    """Create a record whose fields come from ``values`` or from attributes of ``sources``; inf and nan become None."""
+    """Create a record with fields from ``values`` or else attributes of ``sources``; replace inf and nan by None."""
     for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
         value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
         values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
@@ -179,10 +179,9 @@ def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
 
 
 def _edges(recording: Recording, described: Mapping[str, ExpectedEdge]) -> Iterator[RecordedEdge]:
-    """Yield the edges of a recording, starting with those in the description."""
     for child in dict.fromkeys([*described, *recording.into]):
         edge, owner = described.get(child), ""
-        if edge is not None:  # with several candidates, the publisher is unknown
+        if edge is not None:  # without known modes, any of several nodes may publish the edge
             known = [edge] if recording.description.options.modes else recording.description.by_child[child]
             owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
@@ -194,7 +193,6 @@ def _edges(recording: Recording, described: Mapping[str, ExpectedEdge]) -> Itera
 
 
 def _value(series: Series) -> str:
-    """Return the result of comparing the transforms of an edge with the description, for the table of edges."""
     if series.edge is None:
         return "not described"
     if series.edge.parent != series.parent:
@@ -214,7 +212,7 @@ def _value(series: Series) -> str:
 
 def as_svg(recording: Recording) -> str:
     """Draw the message rates and gaps of a recording as SVG. Raises ValueError if times of arrival are unknown."""
-    # (label, pace, whether pauses are drawn as gaps) of each row; static edges are published only once.
+    # Rows (label, pace, draw gaps); static edges have no gaps, because they are published only once.
     streams = [(series.name, series.pace, True) for series in recording.series.values() if not series.static]
     streams += [("/joint_states", recording.joints.pace, True)] if recording.joints.pace.count else []
     streams += [(f"{use.topic} {use.frame}", use.pace, True) for use in recording.uses]

@@ -24,7 +24,7 @@ from .ports import Role, distribution_of_ports, facts, port_of
 
 DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # distributions in the tables; "" means any
 MANAGER = "controller_manager"
-REMOVE = "remove it"
+REMOVE = "remove the parameter"
 _TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string": str}
 # Parameters that every node accepts, by name and by prefix.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
@@ -309,16 +309,16 @@ def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Findin
         made = as_yaml(value) if kind == "string" and not isinstance(value, (list, tuple)) else made
         help = f"write {as_yaml(made) if fits(made, kind) else words}"
         help = f"write {words} without quotes" if isinstance(value, str) and kind in ("bool", "int", "double") else help
-        message = f"{what} is {as_yaml(value)}, but must be {words}: the node does not start"
+        message = f"{what} is {as_yaml(value)}, but must be {words}, or the node does not start"
         yield Finding("parameters-wrong-type", message, key, help)
     elif isinstance(value, str) and value in known.renamed:
         message = f'{what} is "{value}", which was renamed: the node does not start'
         yield Finding("parameters-wrong-value", message, key, f"write {known.renamed[value]}")
     elif known.forced and value not in ("", known.forced):
-        message = f'{what} is always "{known.forced}", so that this value has no effect'
+        message = f'{what} is always "{known.forced}", so this value has no effect'
         yield Finding("parameters-wrong-value", message, key, REMOVE, WARNING)
     else:
         found = (_refused(validator, value, list(arguments)) for validator, arguments in known.valid.items())
         why, fix = next((one for one in found if one[0]), ("", ""))
         if why:
-            yield Finding("parameters-wrong-value", f"{what} {why}", key, fix or "correct it")
+            yield Finding("parameters-wrong-value", f"{what} {why}", key, fix or "correct the value")

@@ -44,7 +44,7 @@ def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, li
         message = f'"{named}" is not a filter of robot_localization'
         wrong.append(Problem("filter-unclear", message, ("node",), suggestion))
     elif not owned:
-        message = f'"{name}" is not the publisher of a transform in "edges", so that "publish_tf" is false'
+        message = f'"{name}" is not the publisher of a transform in "edges", so "publish_tf" is false'
         wrong.append(Problem("filter-owns-nothing", message, severity=NOTE, key=True))
     elif others := [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]:
         message = f'"{name}" has to publish {phrase(map(str, owned))}, but a filter publishes either '
@@ -92,7 +92,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             yield Problem(rule, f'"{name}" has no topic', path, 'add "topic: NAME"', key=True)
         controller = one.get("controller")
         if controller is not None and is_whole(robot) and (controller not in driving or kind != "odom"):
-            message = f'"{controller}" is not a controller of the drive, so that "{name}" cannot be its odometry'
+            message = f'"{controller}" is not a controller of the drive, so "{name}" cannot be its odometry'
             yield Problem(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:

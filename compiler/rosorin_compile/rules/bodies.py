@@ -31,9 +31,9 @@ ROUNDING = 1e-9  # relative to the largest moment: rounding error of the descrip
 FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
-@rule("mass-not-positive", "A mass is not above zero.", "Correct it, or remove `inertial`.", NUMBERS, "link", "lenient")
-@rule("inertia-not-positive-definite", "A principal moment is not above 0.", "Check signs.", NUMBERS, "link", "always")
-@rule("inertia-triangle", "A principal moment exceeds the others.", "Check units.", NUMBERS, "link", "always")
+@rule("mass-not-positive", "A mass is not above 0.", "Correct or remove `inertial`.", NUMBERS, "link", "lenient")
+@rule("inertia-not-positive-definite", "A moment is not above zero.", "Check the values.", NUMBERS, "link", "always")
+@rule("inertia-triangle", "A principal moment exceeds the others.", "Check the units.", NUMBERS, "link", "always")
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Report masses that are not positive, and physically impossible inertias."""
     for link, inertial in [(link, link.inertial) for link in case.robot.links if link.inertial]:
@@ -54,8 +54,8 @@ def physical(case: Case) -> Iterator[Diagnostic]:
 
 
 @rule("density-looks-like-grams", "A warning: a density is in g/cm^3.", "Write the unit.", NUMBERS, "link", "always")
-@rule("mass-implausible", "A warning: no body of this size has this mass.", "Check units.", NUMBERS, "link", "always")
-@rule("inertia-implausible", "A warning: no body has this inertia.", "Calculate it.", NUMBERS, "link", "always")
+@rule("mass-implausible", "A warning: the mass does not fit the size.", "Check the units.", NUMBERS, "link", "always")
+@rule("inertia-implausible", "A warning: no body has this inertia.", "Correct the inertia.", NUMBERS, "link", "always")
 @rule("centre-outside", "A warning: a centre of mass is far off its link.", "Check `xyz`.", NUMBERS, "link", "always")
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Report implausible masses, inertias and centres of mass, compared with the shapes of the link."""
@@ -125,7 +125,7 @@ def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> It
     what, related = "its frame, but the entire robot measures", []
     if bounds:
         away, size, limit = bounds.gap(Bounds(centre, centre)), bounds.diagonal, OUTSIDE * bounds.diagonal
-        what, related = "its shapes, which only measure", [("the shape", _shape(case, link))]
+        what, related = "its shapes, which measure only", [("the shape", _shape(case, link))]
     if size > 0 and limit < away:
         place = case.link(link.name, "inertial", "xyz", max(range(3), key=lambda index: abs(centre[index])))
         message = f'the centre of mass of link "{link.name}"{case.stands_in(place)} is {number(away)} m away from'

@@ -48,7 +48,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
         if joint.name in seen:
             what = 'named twice in "drive"'
         elif joint.type not in ("revolute", "continuous"):
-            what = f"{joint.type}, so that it cannot turn a wheel"
+            what = f"{joint.type}, so it cannot turn a wheel"
         elif joint.mimic is not None:
             what = f'not driven: it mimics joint "{joint.mimic.joint}"'
         elif role != "steering" and joint.type == "revolute":

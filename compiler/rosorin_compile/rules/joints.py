@@ -99,9 +99,9 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
-        help = f'correct one "child": no joint has the child {quote(left)}' if left else ""
+        help = f'correct one "child" (not the child of any joint: {quote(left)})' if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message, help = f'frame "{child}" is defined repeatedly, by {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
+            message, help = f'several entries define frame "{child}": {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
         related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
         yield case.problem("two-parents", message, ends[-1], help, related=related)
 
@@ -193,10 +193,10 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 @rule("limit-missing", "A joint has no `lower` and `upper` limit.", "Add them.", JOINTS, "joint", "lenient")
 @rule("limit-incomplete", "A limit lacks `effort` or `velocity`.", "Add them.", JOINTS, "joint", "lenient")
 @rule("limit-swapped", "`lower` is above `upper`.", "Swap or correct the limits.", JOINTS, "joint", "lenient")
-@rule("limit-equal", "`lower` is `upper`: locked in ROS, free in MuJoCo.", "Make it fixed.", JOINTS, "joint", "always")
+@rule("limit-equal", "`lower` is `upper`: MuJoCo does not lock it.", "Use `type: fixed`.", JOINTS, "joint", "always")
 @rule("limit-negative", "`effort` or `velocity` is below zero.", "Remove the minus sign.", JOINTS, "joint", "lenient")
 @rule("limit-zero", "`effort` or `velocity` is zero.", "Write the real value.", JOINTS, "joint", "always")
-@rule("limit-on-continuous", "A continuous joint has limits.", "Make it revolute.", JOINTS, "joint", "always")
+@rule("limit-on-continuous", "A continuous joint has limits.", "Make the joint revolute.", JOINTS, "joint", "always")
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Report joint limits that are missing, incomplete or impossible."""
     for joint in case.robot.joints:
@@ -216,7 +216,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         lower, upper = limit.lower, limit.upper
         if joint.type == "continuous":
             for key in [key for key in ("lower", "upper") if getattr(limit, key) is not None][:1]:
-                message = f"{called} is continuous, so that it cannot have a {key} limit"
+                message = f"{called} is continuous, so it cannot have a {key} limit"
                 yield case.problem("limit-on-continuous", message, (*path, key), key=True)
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
@@ -265,7 +265,7 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("ignored-key", message, (*path, index, key), "move it to another shape", key=True)
 
 
-@rule("dynamics-negative", "Damping, friction or a gain is below zero.", "Remove the sign.", JOINTS, "joint", "always")
+@rule("dynamics-negative", "Damping, friction or a gain is below 0.", "Correct the sign.", JOINTS, "joint", "always")
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Report damping, friction, stiffness and gains that are negative."""
     for joint in case.robot.joints:
@@ -283,7 +283,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 
 
 @rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
-@rule("axis-across", "A warning: the axis of a joint is across its wheel.", "Correct it.", JOINTS, "joint", "always")
+@rule("axis-across", "A warning: a joint axis is across its wheel.", "Correct the axis.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
     """Report joints without an axis in one note, and wheels that would not turn about their axle."""
     others = []
@@ -291,13 +291,13 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         is_default = (joint.moves or joint.type == "planar") and joint.axis == DEFAULT_AXIS
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
-                message = f'joint "{joint.name}" has no axis, and so turns wheel "{joint.child}" about x, not its axle'
+                message = f'joint "{joint.name}" has no axis, so it turns wheel "{joint.child}" about x, not its axle'
                 yield case.problem("axis-across", message, case.joint(joint), key=True)
             else:
                 others.append(joint)
     if others:
         names = first_of([f'"{joint.name}"' for joint in others], SHOWN)
-        message = f"without an axis these joints move about or along x, [1, 0, 0]: {names}"
+        message = f"joints without an axis turn about x or slide along x, [1, 0, 0]: {names}"
         yield case.problem("axis-missing", message, case.joint(others[0]), key=True)
 
 
@@ -322,7 +322,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:
             message = f'joint "{joint.name}" is continuous, but has "mjcf.range"'
-            yield case.problem("joint-word", message, (*path, "mjcf", "range"), key=True)
+            yield case.problem("joint-word", message, (*path, "mjcf", "range"), 'remove "range"', key=True)
 
 
 def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:

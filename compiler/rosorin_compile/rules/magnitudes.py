@@ -165,7 +165,7 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
             yield _looks_like(case, "velocity-looks-like-degrees", message, path, velocity, "deg/s rad/s")
 
 
-@rule("control-character", help="Remove it.", topic=NUMBERS)
+@rule("control-character", help="Remove the character.", topic=NUMBERS)
 def characters(case: Case) -> Iterator[Diagnostic]:
     """A string contains a character that XML files cannot contain."""
     reported: set[Span] = set()

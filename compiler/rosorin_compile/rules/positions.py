@@ -29,9 +29,9 @@ SEVERAL_TURNS = 4 * math.pi
 _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
 
 
-@rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
+@rule("beyond-joint-limit", "A warning: a value exceeds joint limits.", "Correct the value.", JOINTS, "joint", "always")
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
-@rule("mimic-beyond-limit", "A warning: a follower goes beyond its limits.", "Correct it.", JOINTS, "joint", "always")
+@rule("mimic-beyond-limit", "A warning: a follower exceeds its limits.", "Correct `mimic`.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
     """Report positions, velocities and efforts beyond joint limits; ``x-within`` marks such values in the schema."""
     for section, node in sections().items():
@@ -49,9 +49,9 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
                 yield from _compare(case, "pose-beyond-limit", joint, ("poses", pose.name), 0.0)
         safety, ends = joint.safety, range_of(joint)
         if joint.type == "continuous" and safety and (safety.soft_lower_limit or safety.soft_upper_limit):
-            message = f'joint "{joint.name}" is continuous, so that its soft limits have no effect'
+            message = f'joint "{joint.name}" is continuous, so its soft limits have no effect'
             path = case.joint(joint, "safety_controller")
-            yield case.problem("beyond-joint-limit", message, path, "make it revolute, or remove them", within=True)
+            yield case.problem("beyond-joint-limit", message, path, "remove the soft limits", within=True)
         for index, text in enumerate(joint.urdf_elements):
             for value in (value for value in map(float, _INITIAL.findall(text)) if not _has(ends, value)):
                 message = f'the initial position of joint "{joint.name}" is {number(value)}, outside its limits'
@@ -208,7 +208,7 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
             help = case.suggest(path, name, moving, "name a joint that moves")
             yield case.problem("mimic-unknown", f"{message}, but there is no such joint", path, help)
         elif not leader.moves:
-            message += f", which is {leader.type} and has no single position"
+            message += f", which is {leader.type} and cannot be mimicked"
             yield case.problem("mimic-fixed", message, path, related=[("the leader", case.joint(leader))])
     for names in circles(_leaders(robot)):
         first, *others = [case.joint(robot.joint[name], "mimic", "joint") for name in names]
@@ -221,7 +221,7 @@ def _leaders(robot: Robot) -> dict[str, str]:
     return {joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic}
 
 
-@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both one publisher.", JOINTS)
+@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both joints one publisher.", JOINTS)
 @rule("mimic-chain", "A warning: a joint follows a follower.", "Follow the first leader.", JOINTS, "joint", "always")
 def order(case: Case) -> Iterator[Diagnostic]:
     """Report mimic joints that robot_state_publisher cannot resolve.

@@ -62,7 +62,7 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
     if any(results) and all(isinstance(result, bool) for result in results):
         return None
     fix = 'correct the condition, or remove this entry of "edges"'
-    return case.problem("bad-condition", f"{subject} is never true or is not a condition", path, fix)
+    return case.problem("bad-condition", f"{subject} is never true, or is not a combination of modes", path, fix)
 
 
 def holds(when: str, combination: Combination) -> bool:
@@ -175,7 +175,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path:
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if ROBOT_STATE_PUBLISHER in owners else ()
 
 
-@rule("two-publishers", "A frame has two publishers.", "Remove one, or write `when` for both.", FRAMES)
+@rule("two-publishers", "A frame has two publishers.", "Remove one publisher, or write `when` for both.", FRAMES)
 @rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Add a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Report frames with two publishers, or without a publisher, in some combination of modes."""
@@ -196,9 +196,9 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             if len(owners) > 1 or silent:
                 *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
                 names, parents = ({getattr(claim, end): None for claim in active} for end in ("owner", "parent"))
-                what = "publishes twice" if len(names) == 1 else "publish"
+                what, often = ("publishes", " twice") if len(names) == 1 else ("publish", "")
                 below = f" (from {quote(parents)})" if len(parents) > 1 else ""
-                message = f'{phrase(names)} {what} the transform to "{child}"{below}{in_words(combination)}'
+                message = f'{phrase(names)} {what} the transform to "{child}"{often}{below}{in_words(combination)}'
                 related = [(f"also set here: {claim.owner}", _place(case, claim)) for claim in others]
                 is_urdf = any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active)
                 help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
@@ -222,7 +222,7 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
         # Another rule reports frames with two publishers.
         if place and when and len(claims.get(joint.child, ())) < 2:
             message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when "{when}"'
-            help = "remove the condition, or choose with an argument of the description: 'publisher: \"${publisher}\"'"
+            help = "remove the condition, or make the publisher an argument: 'publisher: \"${publisher}\"'"
             yield case.problem("bad-condition", message, (*place[:-1], "when"), help)
 
 
@@ -258,7 +258,7 @@ def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
-@rule("planar-taken-as-fixed", help="Write `type: floating` and `publisher: NODE` or `{none: REASON}`.", topic=JOINTS)
+@rule("planar-taken-as-fixed", help="Write `type: floating`, and a `publisher` or `{none: REASON}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
     """A warning: a planar joint is in the URDF, but robot_state_publisher treats it as fixed.
 
@@ -352,7 +352,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
             return
 
 
-@rule("split-urdf", help="Give both joints the same publisher.", topic=FRAMES)
+@rule("split-urdf", help="Let robot_state_publisher publish this joint, or none of the joints below it.", topic=FRAMES)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """The URDF would have two roots, because another node publishes a joint between them."""
     if not case.robot.is_tree or not case.outputs_read_by(ROBOT_STATE_PUBLISHER):
@@ -371,7 +371,7 @@ def _urdf_roots(case: Case) -> list[str]:
     return sorted(roots, key=lambda root: -len(case.robot.subtree(root))) if len(roots) > 1 else roots
 
 
-@rule("split-tf", help="Name a publisher for this joint, or none for the joints below it.", topic=FRAMES)
+@rule("split-tf", help="Add a publisher to this joint, or write `none: REASON` for joints below it.", topic=FRAMES)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
     """A warning: frames are cut off from the tree, because no node publishes a joint above them."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):

@@ -37,7 +37,7 @@ BRIGHTEST = 1.01  # colour components are at most 1; larger values up to this ar
 MAX_RELATED = 3
 
 
-@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check units.", NUMBERS, "link", "always")
+@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check the units.", NUMBERS, "link", "always")
 def mesh_scales(case: Case) -> Iterator[Diagnostic]:
     """Report scales of meshes that no unit of length explains."""
     for link, path, shape in case.shapes():
@@ -51,7 +51,7 @@ def mesh_scales(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("mesh-scale", message, (*path, "mesh", "scale", index))
 
 
-@rule("collision-elsewhere", "A warning: collision and visual are far apart.", "Fix `xyz`.", NUMBERS, "link", "always")
+@rule("collision-elsewhere", "A warning: collision is far from visual.", "Correct `xyz`.", NUMBERS, "link", "always")
 def collision_elsewhere(case: Case) -> Iterator[Diagnostic]:
     """Report collision shapes that are far from the visual shapes of their link."""
     for link in case.robot.links:

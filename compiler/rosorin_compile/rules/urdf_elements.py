@@ -112,7 +112,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
                 described = False
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
-                    message = f'<gazebo> has no attribute "{attribute}", so that it applies to the entire robot'
+                    message = f'<gazebo> has no attribute "{attribute}", so it applies to the entire robot'
                     problem = case.problem("unknown-reference", message, path, suggest("reference"))
                     yield at_name(problem, attribute, element.line)
             for one in named:

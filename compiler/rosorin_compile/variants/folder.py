@@ -1,7 +1,7 @@
 """The output folder of a sweep: a subfolder per variant, ``sweep.json``, and a hidden folder with a record per variant.
 
-The folder of a variant is replaced in one step, so that it is complete even if this process is killed. The record of a
-variant, with the digests of inputs and artifacts, is written last.
+The folder of a variant is replaced atomically, so that it is complete even if this process is killed. The record of a
+variant, with the digests of its inputs and artifacts, is written last.
 """
 
 import filecmp
@@ -21,7 +21,7 @@ _NO_LOCKS = "this system has no file locks (fcntl): nothing keeps another run fr
 
 
 class VariantsFolder:
-    """The output folder of a sweep. The methods raise OutputError, or OSError if nothing can be written."""
+    """The output folder of a sweep. The methods raise OutputError, or OSError if the folder is not writable."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -30,20 +30,20 @@ class VariantsFolder:
 
     @contextmanager
     def hold(self) -> Iterator[None]:
-        """Create and lock the output folder of a sweep."""
+        """Create the output folder of a sweep, and lock it for the ``with`` block."""
         self._records.mkdir(parents=True, exist_ok=True)
         system.needs("fcntl", _NO_LOCKS)
         with (self._hidden / "lock").open("ab") as lock_file:
             try:
                 import fcntl
 
-                # Do not use flock, because worker processes inherit such a lock, and may outlive a killed run.
+                # Do not use flock, because worker processes inherit its locks, and may outlive a killed run.
                 fcntl.lockf(lock_file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except (BlockingIOError, PermissionError):
                 message = f"another run writes into {self.path}"
                 raise OutputError("output-busy", message, "wait until it ends, or name another folder") from None
             except (ImportError, OSError):
-                pass  # locks are not supported on Windows and some network drives
+                pass  # Windows and some network drives do not support locks
             with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
                 if file.read(10) not in (b'{"sweep": ', b""):
                     raise _not_ours(self.path / INDEX)
@@ -52,11 +52,11 @@ class VariantsFolder:
             yield
 
     def names(self) -> list[str]:
-        """Return the names of the variants that were written and not removed."""
+        """Return the names of the variants in the folder."""
         return sorted(path.stem for path in self._records.glob("*.json"))
 
     def record(self, name: str) -> dict[str, Any]:
-        """Read the record of a variant: input digests and entry of ``sweep.json``; empty if missing or invalid."""
+        """Read the record of a variant (digests, entry of ``sweep.json``); return an empty record if it is invalid."""
         try:
             record = json.loads((self._records / f"{name}.json").read_bytes())
             entry = {**record["entry"], "artifacts": dict(record["entry"]["artifacts"])}
@@ -65,13 +65,13 @@ class VariantsFolder:
             return {"key": "", "inputs": {}, "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
-        """Return True if the artifacts of a variant exist and have these digests."""
+        """Return True if all artifacts of a variant exist and have these digests (by file name)."""
         with suppress(OSError):
             return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
         return False
 
     def put(self, name: str, files: Mapping[str, bytes], record: Mapping[str, Any]) -> None:
-        """Write ``files`` as the artifacts of a variant, and its record; other files in its folder are kept."""
+        """Write the artifacts and the record of a variant, remove old artifacts, and keep other files in its folder."""
         folder, known = self.path / name, set(self.record(name)["entry"]["artifacts"])
         if os.path.lexists(folder) and (folder.is_symlink() or not folder.is_dir()):
             raise OutputError("output-in-the-way", f"{folder} is not a folder", "move it away, or rename the variant")
@@ -90,7 +90,7 @@ class VariantsFolder:
     def drop(self, name: str) -> None:
         """Remove the artifacts and the record of a variant."""
         if (self._records / f"{name}.json").is_file():
-            (self.path / INDEX).unlink(missing_ok=True)  # the index is outdated now
+            (self.path / INDEX).unlink(missing_ok=True)  # the index is no longer valid
             self._remove(self.path / name, set(self.record(name)["entry"]["artifacts"]))
             (self._records / f"{name}.json").unlink()
 
@@ -109,14 +109,14 @@ class VariantsFolder:
                     (self.path / parent).rmdir()
 
     def _write_record(self, name: str, record: Mapping[str, Any]) -> None:
-        (self.path / INDEX).unlink(missing_ok=True)  # the index is outdated now
+        (self.path / INDEX).unlink(missing_ok=True)  # the index is no longer valid
         new = self._hidden / "new-record.json"
         new.write_text(json.dumps(record), "utf-8")
         new.replace(self._records / f"{name}.json")
 
     @contextmanager
     def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
-        """Write ``sweep.json``: yield a function that adds an entry; the file is replaced at the end."""
+        """Write ``sweep.json``: yield a function to add the entry of a variant, and replace the file at the end."""
         new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')

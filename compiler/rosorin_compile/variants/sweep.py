@@ -29,7 +29,7 @@ from .workers import Job, Result, compile_in_order, compile_only, compile_varian
 if TYPE_CHECKING:
     from distributed import Client
 
-MAX_FAILED = 20  # maximum number of variants whose errors are reported
+MAX_FAILED = 20  # maximum number of variants whose errors are printed
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
 
 
@@ -51,10 +51,10 @@ def sweep(
         client: A ``distributed.Client`` on whose cluster the variants are compiled.
 
     Yields:
-        A ``CompileResult`` for each variant, in order. If the list has errors, a single one without a variant.
+        A ``CompileResult`` for each variant, in order; or a single result without a variant if the list has errors.
 
     Raises:
-        OutputError: The cluster fails.
+        OutputError: If the cluster fails.
 
     Example:
         >>> import rosorin_compile
@@ -91,8 +91,8 @@ def sweep(
 class WrittenVariants:
     """The result of ``write_sweep``: the number of variants by status; `sweep.json` lists the variants.
 
-    If not all variants could be written, ``complete`` is False. ``diagnostics`` has the reason, and the errors of the
-    first variants; `sweep.json` has all errors.
+    If the sweep stopped before the last variant, ``complete`` is False and ``diagnostics`` has the reason. It also has
+    the errors of the first variants; `sweep.json` has all errors.
     """
 
     description: str
@@ -126,9 +126,9 @@ def write_sweep(
     Args:
         variants: A CSV or YAML file, or a folder with a file of arguments for each variant.
         folder: The folder for ``sweep.json`` and a subfolder per variant.
-        arguments: Arguments of all variants, which those of a variant override.
+        arguments: Arguments of all variants; a variant can override them.
         jobs: The number of processes; by default one per core.
-        whole: The argument that is set to each file in the folder ``variants``.
+        whole: The argument whose value is the contents, or the path, of each file in the folder ``variants``.
         dask: The address of a Dask scheduler.
         prune: Remove variants that are no longer in the list.
         report: A function that is called with each diagnostic immediately.
@@ -185,7 +185,7 @@ class _Writer:
         self.folder, self.edited = VariantsFolder(job.request.description.outputs), 0
         self.counts = dict.fromkeys(("made", "unchanged", "error"), 0)
         self.removed: list[str] = []
-        self.remarks: dict[str, tuple[str, int]] = {}  # (first variant, number of variants) by diagnostic as JSON
+        self.remarks: dict[str, tuple[str, int]] = {}  # JSON: (first variant, number of variants)
 
     def run(self, jobs: int | None, dask: str) -> None:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
@@ -215,7 +215,6 @@ class _Writer:
             self.tell(Diagnostic("variant-outdated", WARNING, message, help="edit a copy elsewhere"))
 
     def _unchanged(self, variant: Variant) -> dict[str, Any] | None:
-        """Return the entry of a variant if it is up to date, or None if it must be compiled."""
         record = self.folder.record(variant.name)
         if not self.job.is_current(variant, record):
             return None
@@ -224,7 +223,7 @@ class _Writer:
         return record["entry"] if is_intact else None
 
     def _write(self, variant: Variant, result: Result | Diagnostic) -> dict[str, Any]:
-        """Write a compiled variant, and return its entry. Raises OutputError if no file can be written."""
+        """Write a compiled variant, and return its entry. Raises OutputError if the folder is not writable."""
         if isinstance(result, Diagnostic):
             result = Result(entry_of(variant, [result], {}), {}, {})
         try:

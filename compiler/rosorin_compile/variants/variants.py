@@ -27,17 +27,17 @@ _SEPARATOR = re.compile(r"sep=(.)\r?\n?\Z", re.IGNORECASE)  # the optional first
 
 
 class Variants:
-    """A list of variants, which can be iterated over repeatedly. Call ``check`` first.
+    """A list of variants in a CSV, TSV, YAML or JSON file, or in a folder of YAML or JSON files. Call ``check`` first.
 
-    It is a CSV, TSV, YAML or JSON file, or a folder of YAML or JSON files. ``arguments`` are the declared names. The
-    files of a folder are values of the argument ``whole``: their contents, or their paths relative to ``home``.
+    ``arguments`` are the names that the description declares. If ``whole`` names an argument, each file in a folder is
+    the value of this argument: its contents or, if ``home`` is not None, its path relative to ``home``.
     """
 
     def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
         self.path, self.shown, self.arguments, self.whole, self.home = path, files.label(path), arguments, whole, home
         self.is_folder = files.is_folder(path)
         self.is_table = not self.is_folder and path.suffix.lower() in TABLES
-        self._places: dict[str, Span | None] = {}  # positions by name, ignoring case as some file systems do
+        self._places: dict[str, Span | None] = {}  # key: case-folded name, because some file systems ignore case
 
     def __len__(self) -> int:
         return len(self._places)
@@ -51,7 +51,7 @@ class Variants:
         return self._from_table() if self.is_table else self._from_tree()
 
     def check(self) -> list[Diagnostic]:
-        """Return the errors that make the list unusable; other errors are part of their variant."""
+        """Return the errors that make the list unusable; errors in a single variant are part of the variant."""
         found: list[Diagnostic] = []
         try:
             if not os.path.lexists(self.path):
@@ -97,7 +97,7 @@ class Variants:
             for cells in rows:
                 text = "".join(lines[first : rows.line_num])
                 if any(map(str.strip, cells)) and not _SEPARATOR.match(text):
-                    # A worker process only gets the text of this row, after empty lines that keep its line number.
+                    # Send only this row to worker processes, after empty lines, so that its line number is right.
                     yield cells, _places(Source(self.shown, "\n" * first + text), text, first + 1, delimiter)
                 first = rows.line_num
         except csv.Error as problem:
@@ -156,7 +156,6 @@ class Variants:
             yield Variant(key, values, key_span, _expressions(values)) if is_named else _from_entry(values)
 
     def _from_file(self, path: Path) -> Variant:
-        """Read a variant from a file in a folder; errors in the file are part of the variant."""
         variant = _unread(path)
         arguments = variant.arguments
         if self.whole and self.home:
@@ -179,7 +178,7 @@ def _refused(message: str, place: Span | None = None, help: str = "", rule: str 
 
 def _read(path: Path) -> Source:
     source = read_utf8(path, files.label(path))
-    # Replace tabs, because a JSON file may be indented with tabs, but YAML may not; JSON strings contain no tabs.
+    # Replace tabs, because JSON allows them as indentation, but YAML does not; JSON strings contain no tabs.
     return source._replace(text=source.text.replace("\t", " ")) if path.suffix.lower() == ".json" else source
 
 
@@ -228,7 +227,7 @@ def wrong_name(variant: Variant) -> Iterator[Diagnostic]:
 
 
 def _places(source: Source, text: str, first: int, delimiter: str) -> list[Span]:
-    """Return the position of each cell in a row; ``first`` is the line number of the row."""
+    """Return the position of each cell in a row (``text``); ``first`` is the line number of the row."""
     places, at = list[Span](), 0
     masked = re.sub('"[^"]*"', lambda quoted: "_" * len(quoted[0]), text.rstrip("\r\n"))
     for cell in masked.split(delimiter):

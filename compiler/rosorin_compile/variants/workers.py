@@ -40,7 +40,7 @@ _parsed: dict[Path, dict[Path, Any]] = {}  # cache of parsed description files, 
 
 @dataclass(frozen=True)
 class Job:
-    """The input that all variants of a sweep share: the robot, shared arguments, and the working directory."""
+    """The input that all variants of a sweep share: the robot, common arguments, and the working directory."""
 
     request: Request  # the robot to compile, and the output folder of the sweep
     shared: dict[str, Any]
@@ -48,7 +48,7 @@ class Job:
     version: str = __version__
 
     def is_current(self, variant: Variant, record: Mapping[str, Any]) -> bool:
-        """Return True if a variant was written with these arguments, and its input files are unchanged since."""
+        """Return True if a variant was written with the same arguments, and its input files have not changed since."""
         same = (input_digest(path) == before for path, before in record["inputs"].items())
         return bool(record["key"] == self.key(variant)) and all(same)
 
@@ -79,7 +79,7 @@ class Result:
 
 
 def compile_variant(job: Job, variant: Variant) -> Result:
-    """Compile a variant; errors are part of the result. Raises ValueError in a worker of another version."""
+    """Compile a variant; errors are part of the result. Raises ValueError in a worker with another version."""
     with _entered(job):
         start = time.time_ns()
         description = job.request.description
@@ -94,7 +94,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
             files = {}
             found.append(problem.diagnostic)
         entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
-        # If a diagnostic refers to the list of variants, the list is an input, because rows of the list can move.
+        # The list of variants is an input if a diagnostic has a position in it, because this position can change.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
         listed = mentioned & {span.source.path for span in variant.arguments.value_spans.values()}
         inputs = map(os.path.abspath, (*compiled.inputs, *listed))
@@ -102,7 +102,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
 
 
 def compile_only(job: Job, variant: Variant) -> CompileResult:
-    """Compile a variant for the Python API, without mesh files. Raises ValueError in a worker of another version."""
+    """Compile a variant for the Python API, without mesh files. Raises ValueError in a worker with another version."""
     with _entered(job):
         return replace(_compiled(job, variant), variant=variant)
 
@@ -124,7 +124,6 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> CompileResult:
 
 @contextmanager
 def _entered(job: Job) -> Iterator[None]:
-    """Run the block in the working directory of a job, in one thread at a time."""
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
     with _lock, Progress.hide_steps():
@@ -137,7 +136,7 @@ def _entered(job: Job) -> Iterator[None]:
 
 
 def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, str]) -> dict[str, Any]:
-    """Return the entry of a variant for ``sweep.json``; ``artifacts`` are digests by file name."""
+    """Return the entry of a variant for ``sweep.json``; ``artifacts`` maps file names to digests."""
     return {
         "name": variant.name,
         "folder": variant.name,
@@ -149,7 +148,7 @@ def entry_of(variant: Variant, found: list[Diagnostic], artifacts: Mapping[str, 
 
 
 def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
-    """Convert JSON from ``sweep.json`` to a diagnostic; ``variants`` names the variants that have the diagnostic."""
+    """Convert a diagnostic in ``sweep.json``; ``variants`` is the start of the message, such as "low and 3 more"."""
 
     def span_of(place: Mapping[str, Any]) -> Span | None:
         text = ""
@@ -164,7 +163,7 @@ def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
 
 
 def plain(value: Any, typed: bool = False) -> Any:
-    """Convert an argument to JSON data, a quantity to its text; with ``typed``, values of different types differ."""
+    """Convert an argument to JSON data; ``5 cm`` becomes "5 cm". ``typed`` adds the Python type of each value."""
     made = value
     if isinstance(value, dict):
         made = {str(key): plain(item, typed) for key, item in value.items()}
@@ -178,7 +177,7 @@ def plain(value: Any, typed: bool = False) -> Any:
 
 
 def input_digest(path: str, start: float = math.inf) -> str:
-    """Return the digest of a file, or "" if it is unreadable, or "changed" if it changed since ``start`` (ns)."""
+    """Return the digest of a file, "changed" if it was modified after ``start`` (ns), or "" if it is unreadable."""
     with suppress(OSError):
         status = Path(path).stat()
         is_new = max(status.st_mtime_ns, status.st_ctime_ns) >= start
@@ -211,9 +210,10 @@ def connect(address: str) -> Any:
 def compile_in_order(
     variants: Iterable[Variant], work: Work, jobs: int = 1, client: Any = None, known: Work = lambda _: None
 ) -> Iterator[tuple[Variant, Any]]:
-    """Yield (variant, result) in order: ``known(variant)`` or, if that is None, the result of ``work(variant)``.
+    """Yield (variant, ``work(variant)``) in order, computed by ``jobs`` processes or by a Dask client.
 
-    ``jobs`` processes or a Dask client do the work; the result is a diagnostic if a process died. Raises OutputError.
+    If ``known(variant)`` is not None, it is the result; if the process died, the result is a diagnostic. Raises
+    OutputError if the Dask cluster fails.
     """
     gc.enable()  # the command line disables garbage collection for short runs
     pool: Any = _processes(jobs) if jobs > 1 and client is None else None
@@ -241,7 +241,7 @@ def compile_in_order(
 
 
 def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[Variant, Any]:
-    """Wait for the result of a variant; if its process died, compile it again in a separate process."""
+    """Wait for the result of a variant; if the process died, compile the variant again in a new process."""
     try:
         return variant, result.result() if isinstance(result, Future) else result
     except (BrokenProcessPool, MemoryError):
@@ -261,7 +261,7 @@ def _finished(variant: Variant, result: Any, work: Work, client: Any) -> tuple[V
 
 
 def _processes(jobs: int) -> ProcessPoolExecutor:
-    # A forked process starts fast, because it imports nothing, but forking is unsafe while other threads run.
+    # A forked process starts fast, because all modules are loaded, but forking is unsafe while other threads run.
     forks = sys.platform == "linux" and system.HAS_FORK and threading.active_count() == 1
     context = multiprocessing.get_context("fork" if forks else "spawn")
     Progress.wipe()
@@ -274,6 +274,6 @@ def _begin_worker(parent: int) -> None:
             time.sleep(0.5)
         os._exit(1)
 
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # end silently after Ctrl-C
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # exit silently after Ctrl-C
     Progress.hide()
     threading.Thread(target=end_with_parent, daemon=True).start()

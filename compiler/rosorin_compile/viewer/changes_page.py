@@ -1,4 +1,4 @@
-"""Write a page that shows the changes of robots, as an overlay on the previous version and as a list.
+"""Write an HTML page that shows the changes of robots, as a list and as an overlay of the previous version.
 
 ``check`` overlays the compiled robot on the robot of the committed artifacts, ``diff`` overlays the second robot on the
 first robot. A page can have several robots.
@@ -31,9 +31,9 @@ COMMITTED = "what is committed"
 
 
 class Picture(NamedTuple):
-    """A robot on an HTML page of changes: its current version, its version ``before`` or None, and differences.
+    """A robot on an HTML page of changes: its current version, its previous version (or None), and the changes.
 
-    ``files`` are the mesh files of the previous version by name, ``inputs`` the files that the page depends on.
+    ``files`` are the mesh files of the previous version by name; ``inputs`` are all files that the page was made from.
     """
 
     shown: RobotView
@@ -46,7 +46,7 @@ class Picture(NamedTuple):
 
 
 class ChangesPage(NamedTuple):
-    """The result of writing an HTML page of changes: the number of robots (0: no file was written), omitted meshes."""
+    """The result of writing an HTML page of changes; if ``robots`` is 0, no file was written."""
 
     file: Path
     robots: int = 0
@@ -87,7 +87,7 @@ class Pictures:
         self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
-        """Add two compared robots to the page, if both can be shown; ``prefix`` is a prefix of names in the second."""
+        """Add two compared robots to the page if both can be shown; names of the second may start with ``prefix``."""
         first, second = (load(request)[0] for request in requests)
         if first is None or second is None:
             return
@@ -129,7 +129,7 @@ class Pictures:
 
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:
-    """Convert a change to JSON data for the HTML page, with the frame at which the change is visible."""
+    """Convert a change to JSON data for the HTML page, with the frame that shows the change, if any."""
     _, is_colour, values = change.text.rpartition(" colour ")
     colours = _colours(*values.split(" -> ")) if is_colour and " -> " in values else None
     return _entry(change.words(), _frame(change.kind, change.name, robots), change.artifacts, colours)
@@ -147,8 +147,7 @@ def _colours(was: object, became: object) -> Data:
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
-    """Return the frame at which a change is visible, or "" if there is no such frame."""
-    plain = name.split(" when ")[0].split(" below ")[0]  # remove the condition from the name of a publisher
+    plain = name.split(" when ")[0].split(" below ")[0]  # drop the condition in the name of a publisher
     frames: list[str] = []
     for robot in robots:
         frames += [robot.joint[name].child] if kind == "joint" and name in robot.joint else []

@@ -39,7 +39,7 @@ class FrameEdge:
 
     @classmethod
     def from_row(cls, row: Row) -> FrameEdge:
-        """Create an edge (a transform) from a row of the table of transforms."""
+        """Create a transform from a row of the table of transforms."""
         publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
         rest = (row.why, topic, row.when, row.joint, row.kind)
         return cls(row.parent, row.child, publisher, *(text or None for text in rest))
@@ -47,7 +47,7 @@ class FrameEdge:
 
 @dataclass(frozen=True)
 class FrameSituation:
-    """A tree of frames, and the modes in which it is published: ``when`` in words, ``modes`` as on/off states."""
+    """A tree of frames with the modes in which it is published, as text (``when``) and as on/off states (``modes``)."""
 
     when: str
     modes: tuple[Mapping[str, bool], ...]
@@ -156,28 +156,28 @@ def check_target(path: Path, force: bool) -> None:
 
 
 _HEADS = ("published by", "topic", "joint", "")
-_OPTIONAL = ("joint", "topic")  # columns to leave out, in this order, if the terminal is too narrow
+_OPTIONAL = ("joint", "topic")  # columns to omit, in this order, if the terminal is too narrow
 BOLD, _DIM, _PLAIN = "\033[1m", "\033[2m", "\033[0m"
-# ANSI colour codes: blue, yellow, green, magenta, cyan, red, then the bright variants.
+# ANSI codes of blue, yellow, green, magenta, cyan and red, then of their bright variants.
 _COLOURS = ("34", "33", "32", "35", "36", "31", "94", "93", "92", "95", "96", "91")
 _GAP = "  "
 
 
 class Look(NamedTuple):
-    """Options for text output: ASCII only, publishers to colour (none: no colours), width in columns (0: unlimited)."""
+    """Options for text: use ASCII only, colour these publishers (if any), limit the width in columns (0: no limit)."""
 
     ascii: bool = False
     publishers: Sequence[str] = ()
     width: int = 0
 
     def paint(self, text: str, code: str) -> str:
-        """Return a text in a colour (ANSI code), or unchanged if colours are off."""
+        """Return a text with an ANSI colour code, or unchanged if colours are off."""
         return f"{code}{text}{_PLAIN}" if self.publishers and text else text
 
 
 def tree(lines: Sequence[Line], look: Look) -> list[str]:
     """Format a tree of frames as lines of text."""
-    before: list[str] = []  # for each line, the prefix of the lines of its children
+    before: list[str] = []  # by line: the start of the lines of its children
     entries = []
     solid, dashed, corner, side, bar = ("--", "..", "`", "|", "|") if look.ascii else ("──", "╌╌", "└", "├", "│")
     for line in lines:
@@ -197,7 +197,7 @@ def table(rows: Sequence[Row], look: Look) -> list[str]:
 
 
 def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row | None, int]], look: Look) -> list[str]:
-    """Align entries (first cells, transform or None, indentation) in columns with headers."""
+    """Format table rows (first cells, transform for the other cells or None, indentation) below the headers."""
     whys = number_whys(row for _, row, _ in entries)
     shown = [(dict(zip(heads, heads, strict=True)), _DIM, 0)]
     for first, row, indent in entries:

@@ -1,7 +1,7 @@
 """frames_picture: an SVG of the trees of frames, one for each combination of modes with a different tree.
 
-This module computes the layout, and ``templates/viewer/frames.svg.jinja`` prints it. A line of the tree (a frame) is a
-group ``<g class="line">`` with its values in ``data-`` attributes.
+This module computes the layout for the template ``viewer/frames.svg.jinja``. Each line of the tree (a frame) is a group
+``<g class="line">`` with the values of the frame in ``data-`` attributes.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 _MAX_TREES = 32  # maximum number of trees in a picture
-# Colours that are distinct with any colour vision and dark enough for lines on white, based on the palettes of
+# Colours that are distinct for colour-blind readers and dark enough for lines on white, based on the palettes of
 # Okabe and Ito (https://jfly.uni-koeln.de/color) and of Paul Tol (https://personal.sron.nl/~pault).
 PALETTE = (
     *("#0072b2", "#d55e00", "#009e73", "#aa4499", "#b8860b", "#56b4e9", "#882255", "#332288", "#44aa99"),
@@ -48,17 +48,17 @@ _STYLES: Mapping[str, dict[str, Any]] = {
 
 
 class TooMany(RequestError):
-    """The frames depend on too many modes, or have too many different trees, for a picture."""
+    """Raised if the frames depend on too many modes, or have too many different trees, for a picture."""
 
     def __str__(self) -> str:
-        """Return the message with a hint to select modes, which reduces the number of trees."""
+        """Return the message, with a hint to select modes."""
         return f"{self.args[0]}; name modes: --mode NAME"
 
 
 class Tree(NamedTuple):
     """The transforms of a tree of frames, and the modes in which they are published.
 
-    ``label`` describes the modes ("slam is on", or "" if irrelevant), ``short`` is the part for a file name.
+    ``label`` describes the modes, such as "slam is on", or is ""; ``short`` is the same for file names ("slam_on").
     """
 
     label: str
@@ -68,12 +68,12 @@ class Tree(NamedTuple):
 
 
 def colours(publishers: Sequence[str]) -> Mapping[str, str]:
-    """Return a colour by publisher; colours are repeated if there are more publishers than colours."""
+    """Map each publisher to a colour; if there are not enough colours, they are used several times."""
     return {name: PALETTE[at % len(PALETTE)] for at, name in enumerate(publishers)}
 
 
 def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
-    """Return the different trees of frames for all modes that are not ``fixed``, all on first. Raises TooMany."""
+    """Return the different trees of frames for all states of the modes not in ``fixed``. Raises TooMany."""
     edges = rows(robot)
     used = modes_in(robot, [row.when for row in edges])
     varied = [mode for mode in used if mode not in fixed]
@@ -103,7 +103,7 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
 
 
 def _cubes(group: Sequence[tuple[bool, ...]]) -> list[dict[int, bool]]:
-    """Return few conditions (states by mode number), of which one holds for exactly the combinations in ``group``."""
+    """Find a short boolean expression for combinations of modes: alternatives, as required states by mode index."""
     left, cubes = list(group), []
     while left:
         cube = dict(enumerate(left[0]))
@@ -173,7 +173,6 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
 
 
 def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
-    """Return the values of a tree of frames for the SVG template, with the numbers of frames and edges."""
     edges = [line.row for line in drawn if line.row is not None]
     frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in edges)
     kinds = {"moving": "moving", "static": "static", NOBODY: "published by nobody"}
@@ -189,12 +188,12 @@ def _panel(tree: Tree, drawn: Sequence[Line]) -> dict[str, Any]:
 
 
 def number_whys(edges: Iterable[Row | None]) -> dict[str, int]:
-    """Return a footnote number by reason why no ROS node publishes a transform."""
+    """Return footnote numbers for the reasons why no ROS node publishes a transform."""
     return {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row and row.why), 1)}
 
 
 def right_of(line: Line) -> float:
-    """Return the x coordinate (pixels) of the right edge of the box with the frame name in a line of the tree."""
+    """Return the x coordinate (pixels) of the right edge of the frame name in a line of the tree."""
     name = f"{line.frame} (again)" if line.again else line.frame
     return _MARGIN + _INDENT * line.depth + text_width(name) + 2 * _PAD
 
@@ -220,7 +219,7 @@ def short_number(value: float) -> str:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Format the tree of frames as SVG. Option ``modes``: the modes that are on; default: all combinations."""
+    """Format the trees of frames as SVG: for the modes in the option ``modes``, or for all combinations of modes."""
     on = output.options.get("modes")
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []

@@ -1,8 +1,7 @@
 """Compute which links moved between two versions of a robot, and which old shapes to draw, for a page of changes.
 
 A link that moved relative to its parent is distinguished from a link that moved with its parent. Unchanged shapes are
-drawn only once. The previous robot is the compiled robot with the old frames, joints and shapes from the committed
-artifacts; everything else is as compiled.
+drawn only once. The previous robot is the compiled robot with the frames, joints and shapes of the committed artifacts.
 """
 
 from __future__ import annotations
@@ -23,18 +22,18 @@ from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Sha
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import Mimic
 
-# How a link changed; a CARRIED link only moved because its parent moved.
+# Kinds of changes of a link. A CARRIED link only moved because its parent moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
 PURPOSES = ("visual", "collision")
 _LEAST = 1e-9  # smallest tolerance, in m and rad
 
 
 class Overlay(NamedTuple):
-    """The old robot, with the link names of the new robot, and the changes of its links.
+    """The old robot, with links named as in the new robot, to be drawn over the new robot.
 
-    ``how`` has the kind of change by link, ``shapes`` the old shapes that moved or were removed, by link and purpose.
-    ``at`` is the pose of the old root link in the new root link. ``frames`` has the frame at which a change is visible,
-    by the name of the change in a comparison.
+    ``how`` maps each changed link to the kind of change. ``shapes`` maps (link, "visual" or "collision") to the old
+    shapes to draw. ``at`` is the pose of the old root link in the new root link. ``frames`` maps each link and joint in
+    the comparison to the frame that shows the change.
     """
 
     old: Robot
@@ -44,7 +43,7 @@ class Overlay(NamedTuple):
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
-        """Return an overlay that also has the links with mesh files in ``changed`` (names as in the description)."""
+        """Return a copy that also has the links with a mesh file in ``changed`` (file names in the description)."""
         how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
@@ -54,11 +53,11 @@ class Overlay(NamedTuple):
 
 
 def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
-    """Return the overlay of the first robot on the second; ``prefix`` is a prefix of names in the second robot."""
+    """Return the overlay of the first robot on the second; names of the second robot may start with ``prefix``."""
     a, b = difference.sides
     pairing = pair_sides(a, b, difference.tolerance, prefix)
     first, second = pairing.a.robot, pairing.b.robot
-    # The common names have the order of links and joints, which gives the names in the second robot.
+    # Map the names used in the comparison to the names in the second robot.
     links, joints = (
         {common.name: own.name for common, own in zip(getattr(second, kind), getattr(b.robot, kind), strict=True)}
         for kind in ("links", "joints")
@@ -75,7 +74,7 @@ def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
 
 
 def _apart(names: Sequence[str], shared: Mapping[str, str]) -> dict[str, str]:
-    """Map names of the first robot to names of the second; rename those with another meaning in the second."""
+    """Map names of the first robot to the second; append "(before)" if the second uses the name for something else."""
     taken = set(shared.values())
     return {name: shared.get(name, f"{name} (before)" if name in taken else name) for name in names}
 
@@ -87,17 +86,17 @@ def moves(
     precisions: tuple[Precision, Precision] = (exact, exact),
     unknown: Collection[str] = (),
 ) -> Overlay:
-    """Return how each link changed between two robots that use the same names for the same links.
+    """Compare the links of two versions of a robot by name, and return an overlay of the old version.
 
-    Differences within ``tolerance`` (m, rad) or the rounding in ``precisions`` are ignored. ``unknown`` are links that
-    the format of either robot cannot contain.
+    Differences within ``tolerance`` (m, rad) or the number formats ``precisions`` are ignored, and so are the links in
+    ``unknown``, which one of the file formats cannot represent.
     """
     tolerance = max(tolerance, _LEAST)
     a, b = Bodies(old, precisions[0]), Bodies(new, precisions[1])
-    # Use a link as the fixed reference: a root link, or the first link of both robots, if any.
+    # Align the robots at a root link that both have, or else at the first common link.
     names = [new.root, old.root, *(link.name for link in new.walk())]
     anchor = next((name for name in names if name in a.top and name in b.top), "")
-    # Skip visuals or collision shapes if the format of a robot has none at all.
+    # Skip visuals or collision shapes if a robot has none, because its format may not support them.
     purposes = [p for p in PURPOSES if all(any(getattr(x, p) for x in robot.links) for robot in (old, new))]
     how: dict[str, str] = {}
     for link in new.walk():
@@ -135,7 +134,10 @@ def moves(
 
 
 def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate: str | None = None) -> list[Shape]:
-    """Return the shapes of a link in robot ``a`` that robot ``b`` lacks on all links fixed to ``mate``."""
+    """Return the shapes of a link in robot ``a`` without an equal shape in ``b`` on ``mate`` or links fixed to it.
+
+    ``mate`` is the same link by default; if it is "", return all shapes.
+    """
     pieces, around = _pieces(a, name, purpose), list[Solid]()
     mate = name if mate is None else mate
     if not mate:
@@ -147,7 +149,6 @@ def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate:
 
 
 def _pieces(side: Bodies, name: str, purpose: str) -> list[tuple[Shape, Solid]]:
-    """Return (shape, solid in the frame of the link) for each shape of a link."""
     shapes = [solid for shape in getattr(side.robot.link[name], purpose) for solid in shape.solids()]
     pieces = pieces_of(name, shapes, side.precision, capsules=False)
     return [(shape, piece.solid) for shape, piece in zip(shapes, pieces, strict=True)]
@@ -159,7 +160,7 @@ _GRID = frozenset(field.name for field in fields(HeightMap))
 def robot_before(robot: Robot, pairs: Sequence[Pair]) -> Robot:
     """Return the robot as it was when the artifacts were committed, or ``robot`` if the old links are not a tree.
 
-    A frame that is new in one artifact is not new if another artifact already had it.
+    A frame is only new if none of the committed artifacts has it.
     """
     known = {name for pair in pairs for name in links_of(pair.old)}
     before = _Before(robot, [pair.old for pair in pairs])
@@ -179,7 +180,7 @@ class _Before:
         self.start = robot
         self.links = {link.name: link for link in robot.links}
         self.joints = {joint.child: joint for joint in robot.joints}
-        # Names of joints by child link, from all artifacts, because some formats lack names of joints.
+        # Joint names by child link, from all artifacts, because some formats have no joint names.
         entries = [(thing, entry) for side in sides for thing, entry in side.items()]
         self.names = {str(of["child"]): name for (kind, name), of in entries if kind == "joint" and "child" in of}
 
@@ -189,7 +190,6 @@ class _Before:
         return made if made.is_tree else self.start
 
     def undo(self, difference: Difference, old: Leaves) -> None:
-        """Undo a difference: restore the value of the committed artifacts, if the robot model can express it."""
         (kind, name, quantity), was = difference.address, difference.old
         link, joint = self.links.get(name), self.joints.get(name)
         if not quantity and kind in ("frame", "link") and " " not in name:
@@ -218,7 +218,6 @@ class _Before:
             self.links[name] = replace(link, **changed)
 
     def _add(self, name: str, old: Leaves) -> None:
-        """Add a link that was removed since, and the joint to its parent."""
         entry = old.get(("link", name), {})
         self.links.setdefault(name, Link(name, **{key: entry[key].shapes for key in PURPOSES if key in entry}))
         frame = old.get(("frame", name), {})
@@ -231,7 +230,7 @@ class _Before:
 
 
 def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) -> Joint:
-    if not quantity:  # the format only lists moving joints, so a missing joint is fixed
+    if not quantity:  # some formats only list moving joints, so a missing joint is fixed
         return replace(joint, type="fixed" if value is None else value.get("type", "fixed"))
     if quantity == "type":
         return replace(joint, type=value or "fixed")
@@ -245,7 +244,7 @@ def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) ->
 
 
 def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
-    """Restore the old shapes of a link, except for shapes that an artifact merged into the link from other frames."""
+    """Undo added and removed shapes of a link, but keep shapes that the artifact has in another link."""
     before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
     rest = match(before, after)
     added = [after[at] for at in rest.new]
@@ -256,9 +255,8 @@ def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]
     back = [before_now[at] for at in rest.old]
     if own:
         return (*(piece for at, piece in enumerate(here) if at not in own), *back)
-    return tuple(now) if rest.old and rest.new else (*now, *back)  # shapes removed and added: another frame changed
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # the change is in another link
 
 
 def _bare(solid: Solid) -> Solid:
-    """Return a solid without its colour and names; the name of a mesh file is kept."""
     return solid._replace(rgba=None, words=tuple(word for word in solid.words if word.startswith("file ")))

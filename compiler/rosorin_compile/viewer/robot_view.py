@@ -1,4 +1,4 @@
-"""Convert a robot to the data of its page (model, meshes, sources of all numbers), and write the page to a file."""
+"""Convert a robot to the data of an HTML page (model, meshes, sources of all numbers), and write the page to a file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
-_EXPLAINED = 300  # maximum number of links for which the page shows the sources of numbers
+_EXPLAINED = 300  # if a robot has more links, the page does not show the sources of numbers
 
 
 @dataclass(frozen=True)
@@ -76,17 +76,16 @@ def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Pa
 
 
 def _place(span: Span) -> Data:
-    """Convert a source position to JSON data, with the absolute path for opening an editor."""
     file = span.source.path
     return {"file": file, "line": span.line, "column": span.column, "path": os.path.abspath(file)}
 
 
 def on_disk(shown: RobotView, embedding: EmbeddedFiles | None) -> Data:
-    """Return JSON data for an HTML page to share: without absolute paths, with embedded meshes unless None."""
+    """Return JSON data for an HTML file: without absolute paths and, unless ``embedding`` is None, with meshes."""
     data = dict(shown.data)
     if embedding is not None:
         data.update(tables(shown.robot, shown.meshes, embedding))
-    table: dict[str, int] = {}  # store each line once, because most lines occur for several links
+    table: dict[str, int] = {}  # line numbers, because most lines occur for several links
     links = list(data["links"])
     for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
         Progress.step("explaining", number, len(links))
@@ -96,7 +95,7 @@ def on_disk(shown: RobotView, embedding: EmbeddedFiles | None) -> Data:
 
 
 def nameless(data: Data, named: Iterable[Path] = ()) -> Data:
-    """Replace absolute paths in JSON data with paths relative to the working directory, or with file names."""
+    """Replace absolute paths in JSON data, also those in ``named``, with relative paths or file names."""
     places = [entry["where"]["file"] for entry in (*data["links"], *data.get("warnings", ())) if "where" in entry]
     here, names = Path.cwd(), dict[str, str]()
     for path in map(Path, dict.fromkeys([*places, *map(str, named)])):

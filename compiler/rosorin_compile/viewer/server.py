@@ -58,16 +58,16 @@ _HEADERS = {
 
 
 class Refused(Exception):
-    """A request is refused; the arguments are the HTTP status and the reason."""
+    """Raised to refuse a request; the arguments are the HTTP status and the reason."""
 
 
 class Page:
-    """The current page, shared between the thread that watches files and the threads that answer requests."""
+    """The current page, which the thread that watches files and the threads that answer requests share."""
 
     def __init__(self) -> None:
         self.change = threading.Condition()
         self.changes = 0
-        self.listeners = 0  # number of open pages
+        self.listeners = 0  # number of browser tabs that show the page
         self.text = ""
         self.data: Data = {}
         self.version = ""
@@ -77,20 +77,19 @@ class Page:
         self.touching: Callable[[Mapping[str, Any]], list[list[str]]] | None = None
 
     def notify(self) -> None:
-        """Notify every open page of a new version of the robot, or of an error."""
+        """Notify all open browser tabs of a new version of the robot, or of an error."""
         with self.change:
             self.changes += 1
             self.change.notify_all()
 
     def events(self) -> bytes:
-        """Return the version of the page, and any errors, as server-sent events."""
+        """Format the version of the page, and any errors, as server-sent events."""
         text = f"event: robot\ndata: {json.dumps(self.version)}\n\n"
         text += f"event: problem\ndata: {json.dumps({'text': self.problem})}\n\n" if self.problem else ""
         return text.encode()
 
 
 def _address(text: str) -> Any:
-    """Parse an IP address, or return None for a host name."""
     with suppress(ValueError):
         return ip_address(text)
     return None
@@ -102,7 +101,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Server(ThreadingHTTPServer):
-    """The HTTP server of a page; ``host`` is an address of this machine."""
+    """The HTTP server of a page; ``host`` is the address of this machine to which the server is bound."""
 
     daemon_threads = True
 
@@ -120,7 +119,7 @@ class Server(ThreadingHTTPServer):
         self.server_address = self.socket.getsockname()
 
     def is_mine(self, name: str) -> bool:
-        """Return True if a Host header is a name of this server, which excludes DNS rebinding by other websites.
+        """Return True if a Host header is a name of this server; this protects against DNS rebinding.
 
         On a loopback address, only loopback names are accepted; otherwise also IP addresses and the host name.
         """
@@ -137,7 +136,7 @@ class Server(ThreadingHTTPServer):
 
 
 def create_server(page: Page, host: str, port: int | None) -> Server:
-    """Create a server that is bound to ``port``, by default to ``PORT`` or else any free port. Raises OSError."""
+    """Create a server on ``port``; by default on ``PORT``, or on any free port if that is in use. Raises OSError."""
     if port is None:
         with suppress(OSError):
             return Server(page, host, PORT)
@@ -169,7 +168,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(f"{why}\n".encode(), _TEXT, status)
 
     def _check_origin(self) -> None:
-        """Refuse a request with a foreign Host header, or from a page of another website."""
+        """Refuse a request that has the Host header of another machine, or that is sent by another website."""
         hosts = self.headers.get_all("Host", [])
         host = hosts[0].lower() if len(hosts) == 1 else ""
         origin = self.headers.get("Origin", f"http://{host}").lower()
@@ -204,7 +203,7 @@ class _Handler(BaseHTTPRequestHandler):
         size = self.headers.get("Content-Length", "")
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
-            self.close_connection = True  # close, because the body of the request is not read
+            self.close_connection = True  # because the body of the request is not read
             raise Refused(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
@@ -221,11 +220,11 @@ class _Handler(BaseHTTPRequestHandler):
         self._json(self.server.page.touching(state))
 
     def _events(self) -> None:
-        """Send the state of the page now and after each change, until the browser closes the connection."""
+        """Send the version of the page now and after each change, until the browser closes the connection."""
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1
-        try:  # the browser sends nothing more, so a readable socket means that the page was closed
+        try:  # the socket becomes readable when the browser closes the page
             while not select.select([self.connection], [], [], 0)[0] or self.connection.recv(1, socket.MSG_PEEK):
                 with page.change:
                     page.change.wait_for(lambda: page.changes != seen, _BEAT)  # noqa: B023
@@ -233,7 +232,7 @@ class _Handler(BaseHTTPRequestHandler):
                 if is_new:
                     self.wfile.write(page.events())
                     self.wfile.flush()
-        except OSError:  # end, because the browser closed the connection
+        except OSError:  # the browser closed the connection
             pass
         finally:
             self.close_connection = True
@@ -257,7 +256,7 @@ _INTERVAL = 0.15  # seconds between checks for changed files
 
 
 class LiveRobot:
-    """Compiles and serves a robot while its files change; ``contacts`` creates a finder of overlapping links."""
+    """Serves a robot, and compiles it again when its files change; ``contacts`` creates a collision engine."""
 
     def __init__(self, request: Request, console: Console, contacts: Callable[[RobotView], Any]) -> None:
         self.console = console
@@ -265,11 +264,11 @@ class LiveRobot:
         self.contacts = contacts
         self.inputs = WatchedFiles()
         self.page = Page()
-        self.numbers: dict[Path, str] = {}  # ids of mesh files; permanent, so that older pages can still load them
+        self.numbers: dict[Path, str] = {}  # ids of mesh files; kept, so that older pages can load them
         self.lock = threading.Lock()  # protects explanations and contacts, which are not thread-safe
 
     def serve(self, server: Server, open_browser: bool) -> None:
-        """Serve the page until Ctrl-C or SIGTERM, also while the robot has errors."""
+        """Serve the page until Ctrl-C or SIGTERM, even while the description has errors."""
         import gc
         import signal
 
@@ -308,7 +307,7 @@ class LiveRobot:
         self.console.show(errors)
         for file in inputs:
             with suppress(OSError):
-                files.read_bytes(file)  # read the file now, so that it is watched for changes
+                files.read_bytes(file)  # watch the file for changes (see WatchedFiles)
         page = self.page
         if shown is None:
             if not page.text:
@@ -325,7 +324,6 @@ class LiveRobot:
         page.notify()
 
     def _publish(self, data: Data) -> None:
-        """Replace the served page with a new version that shows ``data``."""
         self.page.version = version = secrets.token_hex(8)
         self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
 
@@ -346,7 +344,7 @@ class LiveRobot:
                 positions = {name: at for name, at in state.items() if name in shown.robot.joint}
                 with self.lock:
                     return [*engine.pairs(positions)]
-            except Exception as problem:  # show any error of the collision engine on the page
+            except Exception as problem:  # show errors of the collision engine on the page
                 reason = " ".join(str(problem).split())[:200] or type(problem).__name__
                 raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None
 

@@ -198,7 +198,7 @@ class Content:
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
                 message = f"the masses of links that are one link in the URDF cannot be added: {problem}"
-                self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
+                self.lost.append(error("urdf-mass-sum", message, None, "correct the masses"))
         gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
         # Elements for Gazebo, and elements of sections such as ros2_control.
         self.blocks, lost = gazebo_blocks(self) if gazebo else ([], [])
@@ -331,7 +331,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         more = f" (also {count_of(len(found) - 1, 'other joint')})" if len(found) > 1 else ""
         value = f"a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)}"
         message = f'joint "{joint.name}" has {value}, too much for {rounded(inertia)} {units[1]} in simulators'
-        message += f" with explicit steps, such as PyBullet{more}"
+        message += f" with explicit integration, such as PyBullet{more}"
         help = f'up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; write the damping of a servo in "actuator"'
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
     for section in sections_in_urdf(output):

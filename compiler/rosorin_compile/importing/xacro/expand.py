@@ -160,7 +160,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     if call is not None and call.problems:
         return ImportedRobot(None, [*call.problems], files=(path,))
     message = f"{document.source.path} is expanded by xacro, which can run Python code of its author"
-    help = "continue only with files of authors whom you trust; --trust confirms that"
+    help = "continue only if you trust the author; --trust silences this warning"
     warning = Diagnostic("xacro-runs-code", report.WARNING, message, first, (), help)
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]

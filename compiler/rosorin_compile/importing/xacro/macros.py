@@ -183,8 +183,8 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
             passed |= {key} & texts.keys()
     for key in texts:
         if key not in passed and "parent" in passed:
-            message = f'the macro "{name}" has no block "origin" and no parameter "{key}" for "{key}"'
-            help = f'pass the pose in "with", by parameters of the macro: {phrase(keys)}'
+            message = f'the macro "{name}" ignores "{key}": it has no block "origin" and no parameter "{key}"'
+            help = f'pass the pose in "with" (parameters of the macro: {phrase(keys)})'
             problems.append(error("bad-argument", message, entry.key_spans[key], help))
     return values, frozenset(passed), problems
 

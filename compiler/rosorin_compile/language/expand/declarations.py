@@ -123,7 +123,7 @@ def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
         place = value_place(entry, "default") if has_default else key_place(declared, name)
         low, high = (bound if is_number(bound) else None for bound in (entry.get("min"), entry.get("max")))
         default, one_of, help_text = entry.get("default"), entry.get("one_of"), entry.get("help")
-        help_text = f'help text of "{name}": {help_text}' if help_text else ""
+        help_text = f'description of "{name}": {help_text}' if help_text else ""
         known[name] = Parameter(name, place, kind, has_default, default, one_of, low, high, help_text, good)
     return known
 

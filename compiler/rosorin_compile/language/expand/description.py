@@ -235,7 +235,7 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
         similar = first.setdefault((one.kind, one.owner, look(one.name, ignore_case)), one)
         if similar.name != one.name and similar.place:
             other = f'{one.kind} "{similar.name}" only in {difference(one.name, similar.name)}'
-            related = (Related("the other one", similar.place.span), *one.place.stack())
+            related = (Related("the similar name", similar.place.span), *one.place.stack())
             message, help = f'{one.kind} "{one.name}" differs from {other}', "give one of them another name"
             warning = Diagnostic("names-look-alike", WARNING, message, one.place.span, related, help)
             scope.expansion.diagnostics.append(warning)

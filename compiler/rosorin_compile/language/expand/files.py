@@ -90,7 +90,7 @@ class Reader:
         items = file.get("include")
         if items is not None and not isinstance(items, Seq):
             help = f"write [{items}]" if isinstance(items, str) else 'write "- " before each file name'
-            self.scope.report("wrong-type", "include must be a list of file names", value_place(file, "include"), help)
+            self.scope.report("wrong-type", '"include" must be a list of files', value_place(file, "include"), help)
         elif items:
             here = (*within, resolve(path))
             for item, span in zip(items, items.value_spans, strict=True):
@@ -108,7 +108,7 @@ class Reader:
         if isinstance(lets, Map):
             self.lets.append(lets)
         elif lets is not None:
-            self.scope.report("wrong-type", "let must be a mapping", value_place(file, "let"), 'write "NAME: VALUE"')
+            self.scope.report("wrong-type", '"let" must be a mapping', value_place(file, "let"), 'write "NAME: VALUE"')
         join(made, self._own_sections(file, is_root=via is None), self.scope)
         return made
 
@@ -137,7 +137,7 @@ class Reader:
             return None
         if resolve(target) in within:
             message = f"{name} includes itself, directly or through others"
-            self.scope.report("include-cycle", message, place, "remove one")
+            self.scope.report("include-cycle", message, place, "remove one of the includes")
             return None
         if len(self.files) >= MAX_FILES or len(within) > MAX_NESTED:
             message = f"more than {MAX_FILES:,} files are included, or more than {MAX_NESTED} within each other"
@@ -156,9 +156,7 @@ class Reader:
         """Return the path of the file ``name`` that ``by`` includes. Raises LoadError if it cannot be included."""
         file = name
         if package and name.startswith(ADDRESS):
-            raise LoadError(
-                error("wrong-type", f'{name} already has a package, so omit the key "package"', None, "remove one")
-            )
+            raise LoadError(error("wrong-type", f"{name} already names a package", None, 'remove the key "package"'))
         if name.startswith(ADDRESS):
             package, _, file = name.removeprefix(ADDRESS).partition("/")
         if package is None:
@@ -175,7 +173,7 @@ class Reader:
             raise LoadError(error("package-missing", f'the ROS package "{package}" is not found', None, help))
         inner = Path(os.path.normpath(file))
         if inner.is_absolute() or inner.parts[:1] in ((), (os.pardir,)):
-            message = f'{file} is outside the folder of the package "{package}"' if file else "a package is not a file"
+            message = f'{file} is outside the folder of the package "{package}"' if file else "the file name is missing"
             help = f'name a file in the package: "{ADDRESS}{package}/FILE"'
             raise LoadError(error("include-outside", message, None, help))
         self._package_folders[Path(os.path.abspath(folder))] = package

@@ -106,7 +106,7 @@ class IncludedRobots:
         made, changed = with_prefix(tree, prefix, include.via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
-            message = f'in XML that is copied as it is, the prefix "{prefix}" was added to {first_of(names, _FEW)}'
+            message = f'the prefix "{prefix}" was added to names in copied XML: {first_of(names, _FEW)}'
             note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
             self._report(note, include.via.parent)
         made = self._attached(self._with_meshes(made, include), foreign, include)
@@ -143,7 +143,7 @@ class IncludedRobots:
         self.places[names] = place
         if first is not None:
             how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
-            message = f"{path.name} is included twice {how}, so that all its names would be defined twice"
+            message = f"{path.name} is included twice {how}, so all its names would be defined twice"
             related = [Related("first included here", first.span)]
             raise scope.fail("duplicate-name", message, place, 'give each entry its own "prefix"', related)
         same = (str(path), call, tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))

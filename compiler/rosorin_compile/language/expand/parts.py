@@ -93,8 +93,8 @@ class Parts:
         scope.count(INSTANCE, *place)
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
-            scope.report("part-cycle", message, place, 'a part that uses itself needs an "if" to end')
-            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop the expansion, to report this once
+            scope.report("part-cycle", message, place, 'end the recursion with an "if" in the part')
+            self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # stop here, to report this only once
             raise EvaluationFailed
         prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
@@ -287,7 +287,7 @@ def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
     if not isinstance(only, Map):
         count = len(brought) if isinstance(brought, Seq) else 0
         brings = f"{count} Gazebo sensors" if count else "no Gazebo sensor"
-        message = f'sensor type "{kind}" has {brings}, but a mapping in "gazebo" changes exactly one'
+        message = f'sensor type "{kind}" has {brings}, but a mapping in "gazebo" needs exactly one'
         place = Place(sensor.key_spans["gazebo"], sensor.via)
         raise scope.fail("ignored-key", message, place, 'write a list: "gazebo: [{sensor: TYPE, elements: {...}}]"')
     made = ChangedSensor(changes.span, changes.via)

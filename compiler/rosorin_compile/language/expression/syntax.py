@@ -90,7 +90,7 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"\|\|", 'write "or"'),
     (r"\?.*:", 'write "A if CONDITION else B"'),
     (r"!(?!=)", 'write "not"'),
-    (r"\$", "a name in an expression has no $ before it"),
+    (r"\$", 'write the name without "$"'),
     (r"[\u00b0\u00ba]", 'write "deg", as in "90 deg"'),
     (r"[\u2212\u2013\u2014]", 'write the minus sign of the keyboard: "-"'),
     (r"[\u00b2\u00b3]", 'write "**2" or "**3"; in a unit "^2" or "^3"'),
@@ -137,7 +137,7 @@ class Effort:
             if type(value) not in NUMERIC and isinstance(value, _SIZED):
                 self.done += weight(value)
         if self.done > MAX_WORK:
-            raise ExpressionError(f"more than {MAX_WORK:,} steps")
+            raise ExpressionError(f"the expression needs more than {MAX_WORK:,} steps")
 
 
 EFFORT = Effort()
@@ -361,7 +361,7 @@ def _subscript(node: ast.Subscript, lookup: Lookup) -> Any:
 def _attribute(node: ast.Attribute, lookup: Lookup) -> Any:
     table = value_of(node.value, lookup)
     if not isinstance(table, Mapping):
-        raise KindError(f"{kind_of(table)} has no entries: only a table has entries")
+        raise KindError(f"{kind_of(table)} has no entries; only a table has entries")
     return _entry(table, node.attr)
 
 

@@ -52,7 +52,7 @@ def _servos(tree: Mapping[str, Any], lowering: Lowering) -> tuple[ServoGroup, ..
             message = f"the zero pulse {zero} is outside the pulse range {low} to {high}"
             lowering("pulse-range", message, (*path, "zero_pulse"), "correct one of the two")
         if float(entry["rad_per_pulse"]) == 0:
-            message = "the angle of one pulse is zero, so that the servo never moves"
+            message = "the angle of one pulse is zero, so the servo never moves"
             lowering("pulse-range", message, (*path, "rad_per_pulse"), "write the angle of one pulse, in radians")
         group = record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
         lowering.servos = (*lowering.servos, group)
@@ -84,9 +84,9 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
             if joint in group_of:
                 low, high = group_of[joint].pulse_range
                 if not low <= pulse <= high:
-                    lowering("pulse-range", f"pulse {pulse} is outside the range {low} to {high}", path, "correct it")
+                    lowering("pulse-range", f"pulse {pulse} is outside {low} to {high}", path, "correct the pulse")
                 if joint in positions:
-                    lowering("duplicate-name", f'joint "{joint}" has both a position and a pulse', path, "remove one")
+                    lowering("duplicate-name", f'joint "{joint}" has a position and a pulse', path, "remove either one")
                 positions[joint] = group_of[joint].radians(pulse)
             elif joint not in joints or joints.keys() >= group_of.keys():  # unless a group has unknown joints
                 help = suggest_name(lowering.tree, path, joint, list(group_of))

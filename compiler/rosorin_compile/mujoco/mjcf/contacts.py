@@ -322,7 +322,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if not case.robot.is_tree:  # reported by other rules
         return
     for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):
-        message = f"MJX does not load the MJCF: it has no collisions between a {kinds[0]} and a {kinds[1]}, but"
+        message = f"MJX cannot load the MJCF: MJX has no collisions between a {kinds[0]} and a {kinds[1]}, but"
         message += f' links "{link}" and "{other}" may touch'
         help = 'make one of them a capsule, or exclude their contact with "contact" (for wheels, with "drive")'
         yield case.problem("not-in-mjx", message, case.link(link, "collision", number), help, severity=NOTE)

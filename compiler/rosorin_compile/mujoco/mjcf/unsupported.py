@@ -119,8 +119,8 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
         message = f"left out of the MJCF: {first_of(textures, 3)}; MuJoCo opens textures that are PNG files"
         yield _omitted(message, "save it as PNG, and name the new file", NOTE)
     if meshes:
-        message = f"left out of the MJCF: {first_of(list(dict.fromkeys(meshes)), 3)}; MuJoCo opens meshes that are STL,"
-        message += " OBJ and MSH files; DAE, glTF and GLB are converted"
+        message = f"left out of the MJCF: {first_of(list(dict.fromkeys(meshes)), 3)}; MuJoCo reads STL,"
+        message += " OBJ and MSH meshes; DAE, glTF and GLB are converted"
         yield _omitted(message, "convert the mesh, and use the new file")
     if WORLD in robot.link:
         message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
@@ -194,7 +194,7 @@ def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         if top in carried or (joint is None and not free) or _moves(robot, names):
             continue
         what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
-        message = f"{what}, but neither that link nor a link fixed to it has a mass, so that MuJoCo refuses the model"
+        message = f"{what}, but neither that link nor a link fixed to it has a mass, so MuJoCo refuses the model"
         help = f'add "inertial" to "{top}", or {"make the joint fixed" if joint else "write base: fixed"}'
         yield Diagnostic("mjcf-needs-mass", ERROR, message, help=help)
     for link in robot.links:
@@ -204,9 +204,9 @@ def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
         if link.inertial.mass < 0 or (low < 0 and not products):
             yield _omitted(f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero', "correct them")
-        why = "it has products, but a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
+        why = "it has products of inertia, but a zero principal moment" if low < LEAST_EIGENVALUE and products else ""
         if (low if products else max(low, 0.0)) + middle < high:
             why = "the largest principal moment exceeds the sum of the others"
         if why:
             message = f'MuJoCo refuses the inertia of link "{link.name}": {why}'
-            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help='correct it, or remove "mjcf" from "outputs"')
+            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct the inertia, or remove the output")

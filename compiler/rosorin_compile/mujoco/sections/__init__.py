@@ -131,7 +131,7 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
             return f"has a {words[word]} but no {words[required]}", f'add "{words[required]}: NAME"'
     if len(used - {"refsite", "slidersite"}) > 1:
         named = phrase([words[word] for word in sorted(used)])
-        return f"has more than one target: {named}", "keep one, and write an actuator for each of the others"
+        return f"has more than one target: {named}", "keep one target, and add an actuator for each of the others"
     wrong = used - WORDS[actuator.type]
     can = [key for key, word in TARGETS.items() if word in WORDS[actuator.type]]
     help = f"use a {' or '.join(can)} as the target" if can else ""
@@ -161,10 +161,10 @@ def words(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("actuator-target", message, (*path, "type"), help)
         if (gain := _LACKING.get(kind, "")) and not values[gain]:
             message = f"{of_type} but has no {gain}, for which MuJoCo would use 1"
-            yield case.problem("actuator-word", message, path, f'write "{gain}: ..."', key=True)
+            yield case.problem("actuator-word", message, path, f'add "{gain}: NUMBER"', key=True)
         if actuator.damping_ratio and actuator.kv:
             message = f"{called} has kv and damping_ratio, two keys for the same damping"
-            yield case.problem("actuator-word", message, (*path, "damping_ratio"), "remove one of the two", key=True)
+            yield case.problem("actuator-word", message, (*path, "damping_ratio"), "remove one of these keys", key=True)
 
 
 # Keys and attributes with a lower and an upper value.
@@ -297,18 +297,18 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     ends = [key for key in _ENDS[kind] if key in entry]
     known = (*_ENDS[kind], *_KEYS[kind], "type", "active", "solref", "solimp", "source")
     if extra := next((key for key in entry if key not in known), ""):
-        return f"is of type {kind}, which has no {extra}", "remove the key, or correct the type", extra
+        return f"is of type {kind}, which has no {extra}", f'remove "{extra}", or correct the type', extra
     if not ends:
         return f"is of type {kind} but has no ends", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
     if len(ends) > 1:
         return "has both links and sites", "remove one of the two", "sites"
     if fixed := next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), ""):
-        return f'connects sites, so that "{fixed}" has no effect', "leave it out", fixed
+        return f'connects sites, so "{fixed}" has no effect', f'remove "{fixed}"', fixed
     if kind == "connect" and ends == ["links"] and "at" not in entry:
         return 'connects two links, but lacks the point "at"', 'write "at: [X, Y, Z]" in the frame of the first link'
     held = entry[ends[0]]
     if isinstance(held, list) and len(held) == 2 and held[0] == held[1]:
-        return f'constrains "{held[0]}" to itself', "use two different ones", ends[0]
+        return f'constrains "{held[0]}" to itself', f"name two different {ends[0]}", ends[0]
     return None
 
 

@@ -139,7 +139,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             joint = case.robot.joint[name]
             parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
             id = "joint-is-fixed" if joint.is_fixed else "joint-has-no-position"
-            message = f'joint "{name}" is {joint.type} and has no single position'
+            message = f'joint "{name}" is {joint.type} and does not have exactly one position'
             help = f"name one of the joints that MuJoCo has for it: {parts}" if parts else ""
         elif kind == JOINT and name == _free_joint(case.robot):
             help = 'write "base: free" in the output of the MJCF'
@@ -177,7 +177,7 @@ _IN_WORDS = {
     "composite": "make its bodies links",
     "attach": "use a part, or include its file",
     "include": "write its elements here, or include its file",
-    "compiler": "leave it out; angles are in radians here",
+    "compiler": "remove it: angles are always in radians",
 }
 _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp", "plugin")
 
@@ -224,7 +224,7 @@ def _misplaced(found: FlatElement, top: bool) -> tuple[str, Help] | None:
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
     if tag in _IN_WORDS and not is_other:
-        return f"<{tag}> is written as MJCF, so that other artifacts would not have it", _IN_WORDS[tag]
+        return f"<{tag}> is written as MJCF, so other artifacts would not have it", _IN_WORDS[tag]
     known, other = (mujoco.SECTIONS, _IN_BODIES) if top else (_IN_BODIES, mujoco.SECTIONS)
     if len(found.tags) > 1 or tag in known:
         return None
@@ -237,7 +237,7 @@ def _misplaced(found: FlatElement, top: bool) -> tuple[str, Help] | None:
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
 
 
-@rule("mark-value", help="Correct the value as the message says.", topic=SIMULATED)
+@rule("mark-value", help="Correct the value, or remove the key.", topic=SIMULATED)
 def marks(case: Case) -> Iterator[Diagnostic]:
     """A site, camera or light has a value that MuJoCo rejects, or values that contradict each other."""
     for link in case.robot.links:
@@ -282,7 +282,7 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
     others = ", ".join(sorted(set(root) - {"align", "group"}))
     if "align" in root and others:
         message = f'"root" has align and {others}, which MuJoCo does not accept together'
-        yield case.problem("body-value", message, ("root", "mjcf", "align"), "leave it out", key=True)
+        yield case.problem("body-value", message, ("root", "mjcf", "align"), 'remove "align"', key=True)
     bases = {output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"}
     for link in case.robot.links:
         joint = case.robot.joint_to.get(link.name)
@@ -290,7 +290,7 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
         is_held = not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
         problems = {}
         if link.mjcf.get("mocap") is True and is_held:
-            problems["mocap"] = 'only the root link with "base: fixed" in the output, or a link fixed to the world, can'
+            problems["mocap"] = 'it needs a root link with "base: fixed" in the output, or a link fixed to the world'
         is_fixed = ("fixed" in bases or not bases) and not world
         if link.mjcf.get("sleep") in ("never", "allowed", "init") and (not is_root or is_fixed):
             problems["sleep"] = 'only the root link can have it, with "base: free" in the output'

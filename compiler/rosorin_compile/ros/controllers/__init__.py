@@ -109,7 +109,7 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
         else:
             examples = facts("ros2_controllers")["examples"]
             help = f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
-        message = f"{name} needs {quote(needed, most=4)}, and does not start without"
+        message = f"{name} does not start without {quote(needed, most=4)}"
         yield Finding("controller-missing", message, "", help)
     frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
     for key, value in given.items():
@@ -181,7 +181,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
     meant = nearest(package, packages)  # no error: a package with a similar name may exist
     is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
-    message += " of an unknown package, so that its parameters are not checked"
+    message += " of an unknown package, so its parameters are not checked"
     return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 

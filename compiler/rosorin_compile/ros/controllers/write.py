@@ -229,7 +229,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             full = full_topic(topic, namespace_of(output), one.controller.name)
             frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
             message = f'controller "{one.controller.name}" publishes {frames} on {full}, not on {to}'
-            notes.append(report("controllers-remap", message, help=f'start it with the remapping "{full}:={to}"'))
+            notes.append(report("controllers-remap", message, help=f'remap this controller topic: "{full}:={to}"'))
     return made, notes
 
 

@@ -78,7 +78,7 @@ def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
         if circle:
             if group.name == next(name for name in planning.groups if name in circle):  # report each cycle once
                 message = f"planning groups contain each other: {' -> '.join([*circle, group.name])}"
-                yield case.problem("moveit-group", message, (*path, "groups"), "remove one of them")
+                yield case.problem("moveit-group", message, (*path, "groups"), 'remove one from "groups"')
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), 'use the link that it moves as "tip"')
@@ -88,7 +88,7 @@ def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
             help = f'swap base and tip: "chain: {{base: {tip}, tip: {base}}}"'
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
-            message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
+            message = f'planning group "{group.name}" has no joint, so MoveIt ignores it'
             yield case.problem("moveit-group", message, path, 'add "chain", "joints", "links" or "groups"', key=True)
 
 

@@ -25,9 +25,9 @@ from .images import MAX_MEGABYTES, MESHES, Data, EmbeddedFiles, tables
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # file extensions of meshes; other files are images
 _SHOWN = 3
-_NAMES = {"name": "the name", "situations": "who publishes what"}  # names of keys in messages, if different
+_NAMES = {"name": "the name", "situations": "who publishes what"}  # how messages name these JSON keys
 
-# Content security policy, with which the browser blocks all network requests of the page.
+# Content security policy that makes the browser block all network requests of the page.
 _ALONE = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src {0}data: blob:; connect-src {0}data: blob:"
@@ -36,7 +36,7 @@ _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>',
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Format the HTML page of a robot. Options: ``meshes`` (False: none), ``max_megabytes`` (total size of meshes)."""
+    """Format the HTML page of a robot. The options are ``meshes`` (embed them) and ``max_megabytes`` (total size)."""
     data = robot_data(robot)
     embedding = EmbeddedFiles(output.options.get("max_megabytes"))
     if output.options.get("meshes", True):
@@ -49,7 +49,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def left_out(left: Mapping[str, str]) -> str:
-    """Describe the meshes and images that an HTML page does not show, with the reasons."""
+    """Describe the meshes and images that an HTML page does not show; ``left`` maps file names to reasons."""
     images = [name for name in left if PurePosixPath(name).suffix.lower() not in _SHAPES]
     kind = "mesh" if not images else "texture" if len(images) == len(left) else "file"
     return f"{count_of(len(left), kind)} ({first_of(list(left), _SHOWN)}): {', '.join(dict.fromkeys(left.values()))}"
@@ -58,8 +58,8 @@ def left_out(left: Mapping[str, str]) -> str:
 def html(data: Data, live: str = "") -> str:
     """Format the HTML page that shows the robot in ``data``.
 
-    ``live`` is an id of this version, for a page that requests updates from its server. Only such a page can be without
-    a robot, while the robot has errors.
+    ``live`` is the version id of a page that requests updates from a server. Only such a page can have no robot, while
+    the description has errors.
     """
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     for letter in "<>&\u2028\u2029":  # escape characters that could end the script element
@@ -80,7 +80,6 @@ def html(data: Data, live: str = "") -> str:
 
 @cache
 def _part(name: str) -> str:
-    """Read the JavaScript or CSS of the page, and escape closing tags."""
     text = files.read_text(data_folder("viewer") / name)
     return re.sub(r"</(?=script|style)", r"<\\/", text, flags=re.IGNORECASE)
 
@@ -94,7 +93,7 @@ def data_of(text: str) -> Any:
 
 
 def differ(old: str, new: str) -> str:
-    """Describe the difference between two HTML pages of a robot in a sentence; ``old`` may be damaged."""
+    """Describe the difference between two HTML pages of a robot in a sentence; ``old`` may be an invalid page."""
     after = data_of(new)["robot"]
     try:
         before = data_of(old)["robot"]

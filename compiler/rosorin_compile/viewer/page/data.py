@@ -35,7 +35,7 @@ def _rows(grid: model.HeightMap) -> list[list[float]]:
 
 
 def robot_data(robot: Robot) -> Data:
-    """Convert a robot to JSON data for its HTML page (m, rad, kg); the caller adds the meshes."""
+    """Convert a robot to JSON data for an HTML page (m, rad, kg), without the contents of meshes and textures."""
     return {
         "name": robot.name,
         "root": robot.root,
@@ -55,9 +55,9 @@ def robot_data(robot: Robot) -> Data:
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
-    """Convert the old robot, of which the HTML page only draws ``shapes``, to JSON data.
+    """Convert the previous version of a robot to JSON data, with only the shapes that the HTML page draws.
 
-    The keys of ``shapes`` are (link, purpose); ``at`` is the pose of the old root link in the new root link.
+    The keys of ``shapes`` are (link, "visual" or "collision"); ``at`` is the pose of the old root in the new root.
     """
     return {
         "root": robot.root,
@@ -97,7 +97,7 @@ def _shape(shape: Shape) -> Data:
 
 def _colour(robot: Robot, shape: Shape) -> Data:
     rgba, texture = robot.colour(shape), robot.texture(shape)
-    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}  # a rule reports other values
+    shown = {} if rgba is None else {"rgba": [min(max(part, 0.0), 1.0) for part in rgba]}
     return shown | ({"texture": texture} if texture else {})
 
 
@@ -120,7 +120,6 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 
 
 def _situations(robot: Robot) -> list[Data]:
-    """Return the trees of frames with the modes in which each is valid; the first is valid in all other modes."""
     try:
         trees: Sequence[Tree] = frame_trees(robot, {})
     except TooMany:

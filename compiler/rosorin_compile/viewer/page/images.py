@@ -1,8 +1,8 @@
-"""Add meshes and images to a page, with the files that a mesh refers to (materials and their images).
+"""Add meshes and images to an HTML page, with the files that a mesh refers to (materials and their images).
 
 A mesh may be untrusted, and a page is shared with others, so a mesh must not be able to add arbitrary files of this
-machine to the page. A file that a mesh refers to must be an image that browsers support, according to its first bytes,
-or the materials of an OBJ, and it must be in the project or the package of the mesh.
+machine to the page. A file that a mesh refers to must be in the project or ROS package of the mesh, and must be the
+material file of an OBJ, or an image that browsers support, according to its first bytes.
 """
 
 import re
@@ -49,7 +49,7 @@ class Side(NamedTuple):
 
 
 class EmbeddedFiles:
-    """Embeds meshes and images in an HTML page, up to a total size; ``left`` has the reason for each file left out.
+    """Embeds meshes and images in an HTML page, up to a total size; ``left`` maps omitted files to reasons.
 
     A file that several robots on a page use is embedded and counted once for each robot.
     """
@@ -60,7 +60,7 @@ class EmbeddedFiles:
         self.left: dict[str, str] = {}
 
     def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
-        """Return JSON data with the base64 content of a file, unless that exceeds the total size."""
+        """Return JSON data with the base64 content of a file, or with a reason if it is too large or unreadable."""
         try:
             content = files.read_bytes(file)
         except OSError as problem:
@@ -79,8 +79,8 @@ class EmbeddedFiles:
 class ServedFiles:
     """Serves meshes and images at numbered URLs.
 
-    ``numbers`` is updated and keeps the numbers of earlier files, so that an older page can still load them. The query
-    string is the version of a file, so that a page only reloads changed files.
+    ``numbers`` maps files to numbers; it keeps earlier files, so that an older page can still load its files. The query
+    string of a URL is the version of the file, so that a page only reloads changed files.
     """
 
     def __init__(self, numbers: dict[Path, str]) -> None:
@@ -99,7 +99,7 @@ class ServedFiles:
 
 
 def tables(robot: Robot, found: Mapping[str, Path], store: EmbeddedFiles | ServedFiles) -> Data:
-    """Return JSON data of the meshes and textures of a robot by name; ``found`` has their paths by name."""
+    """Return JSON data of the meshes and textures of a robot; ``found`` maps names in the description to files."""
     meshes, textures = mesh_table([*mesh_names(robot)], found, store), Data()
     for name in texture_names(robot):
         image = found.get(name)
@@ -112,7 +112,7 @@ def tables(robot: Robot, found: Mapping[str, Path], store: EmbeddedFiles | Serve
 
 
 def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: EmbeddedFiles | ServedFiles) -> Data:
-    """Return JSON data of meshes by name; ``found`` has their paths by name."""
+    """Return JSON data of meshes; ``found`` maps names in the description to files."""
     meshes = Data()
     for number, name in enumerate(names):
         Progress.step("reading meshes", number, len(names))
@@ -153,7 +153,7 @@ def image_type(file: Path) -> str:
 
 
 def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
-    """Return the files that a mesh refers to, and the reason for each image that cannot be used, by name."""
+    """Return the files that a mesh refers to, and a mapping from the names of unusable images to reasons."""
     try:
         content = files.read_bytes(mesh) if mesh.suffix.lower() in (".dae", ".obj") else b""
     except OSError:
@@ -182,9 +182,9 @@ def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
 
 
 def _homes(mesh: Path) -> list[Path]:
-    """Return the folder where files of a mesh may be: its project, its ROS package, or the parent of ``meshes``.
+    """Return the folders that may contain files of a mesh: one for the mesh and, if it is a symlink, for its target.
 
-    The default is the folder of the mesh. If the mesh is a symlink, the folder for its target is also returned.
+    This is the project, else the ROS package, else the parent of a folder ``meshes``, else the folder of the mesh.
     """
     found = []
     for file in dict.fromkeys((files.resolve(mesh.parent) / mesh.name, files.resolve(mesh))):
@@ -196,14 +196,12 @@ def _homes(mesh: Path) -> list[Path]:
 
 
 def _is_in(file: Path, homes: list[Path]) -> bool:
-    """Return True if a file is in one of the folders, with symlinks resolved."""
     with suppress(OSError, RuntimeError, ValueError):
         return any(files.resolve(file).is_relative_to(home) for home in homes)
     return False
 
 
 def _relative(mesh: Path, name: str) -> Path | None:
-    """Return the path for a file name in a mesh, or None if the name is not relative."""
     if not name or name.startswith("/") or "://" in name or "\0" in name:
         return None
     return mesh.parent / name.replace("\\", "/")

@@ -1,6 +1,7 @@
 """Render a robot with numpy as on the HTML page: floor and shadow, shapes with a z-buffer, and frames on top.
 
-Of coplanar triangles, the first triangle is visible. Of translucent triangles, only the nearest triangle is visible.
+If triangles are coplanar, the first triangle is visible. Behind a translucent triangle, no other translucent triangle
+is visible.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ Ints = NDArray[np.int64]
 Pixels = NDArray[np.uint8]  # (rows, columns, 4): premultiplied red, green, blue, and alpha
 MeshParts = Sequence[tuple[Floats, Colour | None]]  # (triangles (n, 3, 3) in m, their colour or None) of a mesh file
 
-_FIELD_OF_VIEW, _MARGIN = math.radians(28.0), 1.06  # vertical angle; factor of the distance, as in viewer/src/stage.js
+_FIELD_OF_VIEW, _MARGIN = math.radians(28.0), 1.06  # vertical angle; factor for the distance (viewer/src/stage.js)
 _FRAME = 2 * math.tan(_FIELD_OF_VIEW / 2)  # visible height at a distance of 1 from the camera
-_FINE, _BAND = 3, 1_000_000  # samples per pixel along x and y; samples to draw at once
+_FINE, _BAND = 3, 1_000_000  # samples per pixel along x and y; maximum number of samples in memory
 _NEAREST, _LAST = 2**24, 2**32 - 1
 _SEGMENTS, _SMOOTH = 40, 0.82  # segments of a circle; cosine of the largest angle between smooth faces
 _MOST_SMOOTH = 400_000  # meshes with more triangles have flat shading
@@ -45,8 +46,8 @@ THEMES = {
 }
 AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]
 _SENSOR, _EMPTY = ([0x8E, 0x4E, 0xC6], 11.0), ([0x7D, 0x8A, 0x97], 8.0)  # markers: (RGB, size in pixels)
-_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # distances in pixels of dots, letters, lines and names
-# Bitmap font from space to ~, then a box: five columns per character, two hex digits per column, lowest bit on top.
+_DOT, _ADVANCE, _LINE, _GAP = 1.45, 8.7, 11.0, 4.0  # pixels between dots, letters and lines, and before a name
+# Bitmap font: space to ~ and a box, five columns per character, two hex digits per column, lowest bit at the top.
 _DOTS = bytes.fromhex(
     "0000000000 00005F0000 0007000700 147F147F14 242A7F2A12 2313086462 3649562050 0008070300"
     "001C224100 0041221C00 2A1C7F1C2A 08083E0808 0080703000 0808080808 0000606000 2010080402"
@@ -66,9 +67,9 @@ _DOTS = bytes.fromhex(
 class Scene:
     """The shapes of a robot as triangles in the root frame, counter-clockwise from outside.
 
-    ``corners`` and ``normals`` are (n, 3, 3), ``looks`` (n, 6): red, green, blue and opacity from 0 to 1, whether to
-    draw the back (meshes are often open), and whether to outline the first two sides. ``bounds`` (2, 3) includes shapes
-    that are not drawn.
+    ``corners`` and ``normals`` are (n, 3, 3). The columns of ``looks`` (n, 6) are red, green, blue, opacity (0 to 1),
+    and flags to draw the back (as meshes are often open) and to outline the first two sides. ``bounds`` (2, 3) is the
+    bounding box of all shapes, including collision shapes that are not drawn.
     """
 
     def __init__(
@@ -105,7 +106,6 @@ class Scene:
 
 
 def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> Floats:
-    """Triangulate a primitive shape; return triangles (n, 3, 3) in the frame of the shape."""
     if isinstance(geometry, Box | HeightMap):
         boxes = geometry.boxes() if isinstance(geometry, HeightMap) else [geometry]
         quads = np.array([[*product(*zip(box.lower, box.upper, strict=True))] for box in boxes])[:, _BOX_FACES]
@@ -125,7 +125,7 @@ def _surface(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
 
 
 def _normals(triangles: Floats) -> Floats:
-    """Return vertex normals (n, 3, 3): averaged over faces where the surface is smooth, else of the face."""
+    """Return vertex normals (n, 3, 3): averaged over adjacent faces where the surface is smooth, else of the face."""
     faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]).repeat(3, axis=0)
     size = np.linalg.norm(faces, axis=1, keepdims=True)
     flat: Floats = faces / size.clip(max(1e-6 * size.max(initial=0.0), 1e-300))  # ignore degenerate faces
@@ -139,9 +139,10 @@ def _normals(triangles: Floats) -> Floats:
 
 
 class Camera(NamedTuple):
-    """A pinhole camera: its position (m), its axes (right, down, forward) in the root frame, its size in pixels.
+    """A pinhole camera: position (m) and axes (right, down, forward) in the root frame, and image size in pixels.
 
-    ``focal`` is the focal length in pixels. The optical axis is in the row ``middle``; pixel (0, 0) is at the top left.
+    ``focal`` is the focal length in pixels, ``middle`` the y coordinate of the optical axis. Pixel (0, 0) is at the top
+    left.
     """
 
     eye: Floats
@@ -153,7 +154,7 @@ class Camera(NamedTuple):
 
     @staticmethod
     def fit(bounds: Floats, direction: Vector, width: int, height: int) -> Camera:
-        """Return a camera in ``direction`` from a bounding box (2, 3), at the distance where the box fits the image."""
+        """Return a camera that looks at a bounding box (2, 3) from ``direction``, and shows the box completely."""
         radius = max(math.dist(*bounds) / 2, 0.02)
         distance = _MARGIN * radius / math.sin(_FIELD_OF_VIEW / 2) / min(1.0, width / height)
         back = np.array(direction) / math.hypot(*direction)
@@ -177,21 +178,20 @@ class Camera(NamedTuple):
 class Raster:
     """Triangles on a grid of samples; the centre of a sample is at (column + 0.5, row + 0.5).
 
-    ``area`` (n,) is twice the signed area. The barycentric coordinate of a point for corner k is ``weights[:, k] @ (x,
-    y, 1)``.
+    ``area`` (n,) is twice the signed area. ``weights[:, k] @ (x, y, 1)`` is the barycentric coordinate of corner k.
     """
 
     def __init__(self, x: Floats, y: Floats) -> None:
-        """Prepare n triangles with the corners x and y (n, 3), in units of samples."""
+        """Prepare n triangles with corners at x and y (n, 3), in units of samples."""
         next_x, last_x, next_y, last_y = (np.roll(side, turn, 1) for side in (x, y) for turn in (-1, -2))
         lines = np.stack([next_y - last_y, last_x - next_x, next_x * last_y - last_x * next_y], axis=-1)
         self.y, self.area = y, lines[..., 2].sum(axis=1)
         self.weights = lines / np.where(self.area == 0, 1.0, self.area)[:, None, None]
 
     def visible(self, near: Floats, columns: int, rows: int) -> Ints:
-        """Return a key for the visible triangle of each sample: nearness * 2^32 + 2^32 - 1 - index, or -1 for none.
+        """Draw into a z-buffer; return a key per sample that is larger for nearer triangles, or -1 for no triangle.
 
-        ``near`` (n, 3) is the nearness of the corners, from 0 to 1.
+        ``near`` (n, 3) is the inverse depth of the corners, from 0 to 1. The low 32 bits are 2^32 - 1 - triangle index.
         """
         keys, top = np.full(rows * columns, -1, np.int64), np.ceil(self.y.min(axis=1) - 0.5).clip(0)
         bottom = np.floor(self.y.max(axis=1) - 0.5).clip(None, rows - 1)
@@ -212,7 +212,7 @@ class Raster:
 
 
 def _ranges(first: Floats, last: Floats) -> tuple[Ints, Ints]:
-    """Enumerate the integers of n ranges (first and last are included); return the range index and the integer."""
+    """Return all integers of n ranges (including ``last``), as arrays of the range index and the integer."""
     counts = np.maximum(last - first + 1, 0).astype(np.int64)
     number = np.repeat(np.arange(len(counts)), counts)
     return number, np.arange(len(number)) + (first.astype(np.int64) - np.cumsum(counts) + counts)[number]
@@ -251,7 +251,7 @@ class Floor:
         sky = horizon + (zenith - horizon) * (0.5 + (camera.middle - y[..., None]) / camera.focal / _FRAME)
         offset = points - self.scene.bounds.mean(axis=0)[:2]
         fade = visible * (1.33 - np.linalg.norm(offset, axis=-1, keepdims=True) / (4.5 * self.scene.size)).clip(0, 1)
-        # Compute the size (m) of a pixel on the floor along x and y, from steps of one pixel to the right and down.
+        # Compute the size (m) of a pixel on the floor along x and y, for antialiasing of the grid.
         pixel = depth / camera.focal * (abs(camera.axes[0]) + abs(camera.axes[1] - rays * camera.axes[1, 2] / slope))
         lines, step = np.zeros_like(fade), 10.0 ** round(math.log10(self.scene.size / 8))
         for opacity, width in ((0.35, step), (0.8, 10 * step)):
@@ -263,13 +263,13 @@ class Floor:
 
 
 def _colours(normals: Floats, hue: Floats) -> Floats:
-    """Light triangles with sRGB colours (n, 3) and corner normals (n, 3, 3); return sRGB corner colours (n, 3, 3)."""
+    """Return the lit sRGB colours of corners (n, 3, 3), from the colours of triangles (n, 3) and corner normals."""
     x, y, z = np.moveaxis(normals, -1, 0)
     sky = np.stack([np.ones_like(x), x, y, z, x * x - y * y, z * z, x * y, x * z, y * z], axis=-1) @ _SKY
     sun = (normals @ _SUN).clip(0)
     hue = np.where(hue <= 0.04045, hue / 12.92, ((hue.clip(0.0, 1.0) + 0.055) / 1.055) ** 2.4)
     light = hue[:, None] * (sky.clip(0.05)[..., None] + _SUN_COLOUR * sun[..., None])
-    # Apply the tone curve of the HTML page, Khronos PBR Neutral.
+    # Apply the tone mapping of the HTML page, Khronos PBR Neutral.
     least = light.min(axis=-1, keepdims=True)
     light -= np.where(least < 0.08, least - 6.25 * least * least, 0.04)
     peak = light.max(axis=-1, keepdims=True).clip(0.76)
@@ -281,7 +281,7 @@ def _colours(normals: Floats, hue: Floats) -> Floats:
 
 
 def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixels:
-    """Render a scene on its floor; return the pixels (rows, columns, 4)."""
+    """Render a scene and the floor; return the pixels (rows, columns, 4)."""
     pixels, floor = np.empty((camera.height, camera.width, 4), np.uint8), Floor(scene)
     red, green, blue, opacity, two_sided, outlined = scene.looks.T
     away = ((scene.corners - camera.eye) * scene.normals).sum(axis=(1, 2)) > 0
@@ -306,7 +306,7 @@ def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixel
             triangle, lines = chosen[number], raster.weights[number]
             sample = np.stack([places % columns + 0.5, places // columns + 0.5, np.ones(len(places))], axis=-1)
             weights = (lines * sample[:, None]).sum(axis=-1).clip(0.0, 1.0)
-            # The distance from a side is the weight of the opposite corner divided by the gradient of that weight.
+            # Distance (pixels) to a side: the barycentric coordinate of the opposite corner, divided by its gradient.
             sides = (weights / np.linalg.norm(lines[..., :2], axis=-1))[:, [0, 2]].min(axis=1) / _FINE
             shade = np.where(outlined[triangle] > 0, (0.4 + sides).clip(0.7, 1.0), 1.0)
             colour = (weights[..., None] * colours[triangle]).sum(axis=1) * shade[:, None]
@@ -319,7 +319,7 @@ def render(scene: Scene, camera: Camera, theme: str, transparent: bool) -> Pixel
 
 
 def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], camera: Camera) -> None:
-    """Draw a dot at each link without shapes, and at each sensor."""
+    """Draw a dot at each sensor, and at each link without shapes."""
     sensors = {sensor.frame for sensor in robot.sensors}
     empty = {link.name for link in robot.links if not link.visual and not link.collision}
     for names, marker in ((empty - sensors, _EMPTY), (sensors, _SENSOR)):
@@ -330,8 +330,8 @@ def draw_markers(pixels: Pixels, robot: Robot, poses: Mapping[str, Transform], c
 
 
 def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, length: float, theme: str) -> None:
-    """Draw the axes (``length`` in m) and names of frames; their poses are relative to the root frame."""
-    names: list[tuple[float, float, float, str]] = []  # (left, width, row, text) of placed names, in pixels
+    """Draw the axes (``length`` in m) and names of frames, given by their poses in the root frame."""
+    names: list[tuple[float, float, float, str]] = []  # (left, width, row, name) of drawn names, in pixels
     for name, pose in frames.items():
         x, y, depth = camera.project(np.array([pose.apply(end) for end in (np.eye(4, 3, -1) * length).tolist()]))
         if depth.min() <= 0:

@@ -124,7 +124,7 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
         help = 'write one bottom for each cell of "heights"'
     elif all(low >= high for rows in zip(bottom, heights, strict=True) for low, high in zip(*rows, strict=True)):
         first = (bottom[0][0], heights[0][0])
-        message = "in no cell is the bottom below the height (first cell: bottom {:g} m, height {:g} m)".format(*first)
+        message = "no cell has a bottom below its height (first cell: bottom {:g} m, height {:g} m)".format(*first)
         help = "correct the bottoms; numbers without a unit are in metres"
     if message:
         raise LoweringError("height-map-rows", message, (*path, "bottom"), help)

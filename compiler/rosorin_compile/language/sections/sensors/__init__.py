@@ -186,8 +186,8 @@ def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: P
 
 def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
     if not 1 <= entry["count"] <= MAX_COPIES:
-        message = f'"count" must be 1 to {MAX_COPIES:,}, not {entry["count"]}'
-        raise LoweringError("wrong-value", message, (*path, "count"), "correct it")
+        message = f'"count" must be from 1 to {MAX_COPIES:,}, not {entry["count"]}'
+        raise LoweringError("wrong-value", message, (*path, "count"), "correct the count")
     step = pose_of_entry(entry)
     if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales the angles: correct for one axis only
         message, help = "copies can only be rotated about one axis", 'rotate the element with its own "rpy"'
@@ -240,7 +240,7 @@ def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterato
 
 def _check_name(what: str, name: str, path: Path) -> None:
     if not _NAME.fullmatch(name):
-        raise LoweringError("bad-name", f'"{name}" is not a valid name of an {what}', path, "correct it")
+        raise LoweringError("bad-name", f'"{name}" is not a valid name of an {what}', path, "correct the name")
 
 
 def _sdf_value(value: Any, path: Path) -> float | str | bool:

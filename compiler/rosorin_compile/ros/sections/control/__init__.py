@@ -273,7 +273,7 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
 def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Iterator[Diagnostic]:
     for name, value in params.items():
         if isinstance(value, str) and not value.strip():
-            message = f'the parameter "{name}" of {of} is empty, so that ros2_control cannot parse the URDF'
+            message = f'the parameter "{name}" of {of} is empty, so ros2_control cannot parse the URDF'
             yield _problem(case, block, "control-param", message, (*path, "params", name))
 
 
@@ -304,7 +304,7 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'
     if not joint.moves:
-        yield problem("control-joint", f"{name} is {joint.type}, so that it cannot be controlled", path)
+        yield problem("control-joint", f"{name} is {joint.type}, so it cannot be controlled", path)
         return
     if not is_carried:
         why = "Humble ignores that, newer versions refuse the URDF" if humble else "ros2_control refuses the URDF"
@@ -312,7 +312,7 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
         yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
     if one.mimic and joint.mimic is None:
         message = f'{name} has "mimic: true" here, but the joint itself has no "mimic"'
-        yield problem("control-mimic", message, (*path, "mimic"), 'add "mimic" to the joint, or remove this', key=False)
+        yield problem("control-mimic", message, (*path, "mimic"), 'remove it, or add "mimic" to the joint', key=False)
     if not follows(joint, one) or joint.mimic is None:
         return
     name = f'{name} mimics "{joint.mimic.joint}"'
@@ -372,7 +372,7 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
             path = ("control", block.name, "transmissions", one.name)
             for key in [key for key in ("joints", "actuators") if not getattr(one, key)]:
                 message = f'transmission "{one.name}" of {called} has no {key}'
-                yield case.problem("control-transmission", message, (*path, key), "add at least one", key=True)
+                yield case.problem("control-transmission", message, (*path, key), f"list the {key}", key=True)
             for end in [end for end in one.joints if end.name not in own]:
                 message = f'transmission "{one.name}" moves joint "{end.name}", which {called} does not have'
                 help = case.suggest(path, end.name, own, "use a joint of the same block")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS, compilation
-from rosorin_compile.formats.compilation import CompileResult, ReadResult, Understood, judge_foreign
+from rosorin_compile.formats.compilation import CompileResult, LoadedRobot, ReadResult, judge_foreign
 from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
@@ -118,7 +118,7 @@ class Request:
             return CompileResult(None, (), [problem.diagnostic], ())
         return prove(compiled) if meshes else compiled
 
-    def understand(self, foreign: bool = True, outputs: bool = False, lenient: bool = True) -> Understood:
+    def understand(self, foreign: bool = True, outputs: bool = False, lenient: bool = True) -> LoadedRobot:
         """Load the robot without generating artifacts.
 
         ``foreign`` accepts a robot in another format; ``outputs`` gives it the outputs that ``import`` would write into
@@ -133,7 +133,7 @@ class Request:
                 return compilation.understand(path, self.values(), self.tell, self.packages)
         except LoadError as problem:
             problems = [problem.diagnostic]
-        return Understood(ExpandedDescription(None, [], (path,)), None, problems)
+        return LoadedRobot(ExpandedDescription(None, [], (path,)), None, problems)
 
     def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
         """Load the robot: return (robot with source positions, warnings about executed code), or (None, errors)."""

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Joint, Link, Robot
-from rosorin_compile.model.colours import is_own, own_colours
+from rosorin_compile.model.colours import default_colours, is_default
 
 names = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=8)
 
@@ -31,15 +31,15 @@ def test_a_link_that_is_added_leaves_the_others_as_they_are(robot: Robot, name: 
     joints.append(Joint("new", "fixed", links[at % len(robot.links)].name, name))
     random.shuffle(links)
     random.shuffle(joints)
-    more = dict(own_colours(Robot("r", tuple(links), tuple(joints))))
+    more = dict(default_colours(Robot("r", tuple(links), tuple(joints))))
     del more[name]
-    assert more == own_colours(robot)
+    assert more == default_colours(robot)
 
 
 @given(trees())
 def test_a_link_is_told_from_what_it_hangs_on(robot: Robot) -> None:
-    colours = own_colours(robot)
-    assert all(map(is_own, colours.values()))
+    colours = default_colours(robot)
+    assert all(map(is_default, colours.values()))
     for joint in robot.joints:
         apart = abs((hue(colours[joint.child]) - hue(colours[joint.parent]) + 180) % 360 - 180)
         assert apart > 24  # colours have three digits

@@ -20,7 +20,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf.write import elements_of
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.mujoco.mjcf.bodies import home_of, stands_at
+from rosorin_compile.mujoco.mjcf.bodies import home_of, resting_pose
 from rosorin_compile.mujoco.mjcf.contacts import refused_by_mjx
 from support import stepping_child
 from support.paths import ROOT, ROSORIN
@@ -78,7 +78,7 @@ def jobs(robots: Robots) -> dict[str, list[dict[str, Any]]]:
     robot = robots.robot
     home = home_of(robot)
     places = robot.poses_in_root(dict(home.positions))
-    lift = stands_at(robot, home).xyz[2] + DROP
+    lift = resting_pose(robot, home).xyz[2] + DROP
     held = {j.name: robot.position(j, home.positions) for j in robot.joints if j.type in ("revolute", "prismatic")}
     asked: dict[str, list[dict[str, Any]]] = {}
     for kind, engine in JUDGED:

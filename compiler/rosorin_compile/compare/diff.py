@@ -15,7 +15,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import lacks
 from rosorin_compile.formats.urdf.write import carriers, inertials_at
 from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Inertial, Mesh, Shape, Transform
-from rosorin_compile.model.colours import is_own, shows_collision
+from rosorin_compile.model.colours import is_default, shows_collision
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.link import together
 from rosorin_compile.model.shape import GROUNDED, ROWS, Rgba, plain
@@ -38,9 +38,9 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     Differences up to ``tolerance`` (m, rad, relative for other numbers) are ignored in addition to printed rounding.
     ``prefix`` is the prefix of all names in ``b``, "" for none, or None to detect it.
     """
-    if all(side.format is YAML and side.robot.as_said().is_tree for side in (a, b)):
+    if all(side.format is YAML and side.robot.without_plugin_entries().is_tree for side in (a, b)):
         # Ignore what sections of plug-ins add to the robot, so that their differences are reported only once.
-        a, b = (side._replace(robot=side.robot.as_said()) for side in (a, b))
+        a, b = (side._replace(robot=side.robot.without_plugin_entries()) for side in (a, b))
     pairing = pair_sides(a, b, tolerance, prefix)
     missing, not_compared = not_carried(pairing, a, b)
     report = Report([], [], not_compared)
@@ -358,7 +358,7 @@ class _Comparison:
     def _colours(self, one: Shape, other: Shape) -> tuple[Rgba | None, Rgba | None] | None:
         old, new = (side.robot.colour(shape) for side, shape in zip(self.bodies, (one, other), strict=True))
         if any(side.format is not YAML for side in self.sides):
-            old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))
+            old, new = (None if colour is None or is_default(colour) else colour for colour in (old, new))
         if old is None or new is None:
             return None if old is new or not self.says_no_colour else (old, new)
         known = join_errors(self.bodies[0].precision("rgba", *old), self.bodies[1].precision("rgba", *new))

@@ -40,7 +40,7 @@ from .templating import TemplateProblem, Templates
 Search = Callable[[Map, Sequence[Output]], SearchResult]
 
 
-class Understood(NamedTuple):
+class LoadedRobot(NamedTuple):
     """A loaded robot: the expanded YAML tree, the robot model (None after errors), and all diagnostics."""
 
     expanded: ExpandedDescription
@@ -150,20 +150,20 @@ def understand(
     packages: Mapping[str, Path] | None = None,
     requested: Sequence[str] = (),
     cache: dict[Any, Any] | None = None,
-) -> Understood:
+) -> LoadedRobot:
     """Load and check the description at ``path``.
 
     ``tell`` receives warnings before untrusted code is run; ``requested`` are names of outputs or formats.
     """
-    return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
+    return check_expanded(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
-def judge(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> Understood:
+def check_expanded(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> LoadedRobot:
     """Convert an expanded YAML tree to a robot and check both; ``requested`` are names of outputs or formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:
-        return Understood(expanded, None, arrange(diagnostics))
+        return LoadedRobot(expanded, None, arrange(diagnostics))
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
     expanded, scope = expanded._replace(tree=tree), expanded.scope
     Progress.step("validating")
@@ -172,7 +172,7 @@ def judge(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> Under
     lowered = None if has_errors([*diagnostics, *invalid]) else lower(tree, scope)
     diagnostics += [*invalid, *unknown_rules(tree, rules.acceptable())]
     if lowered is None or has_errors(diagnostics):
-        return Understood(expanded, None, arrange(diagnostics))
+        return LoadedRobot(expanded, None, arrange(diagnostics))
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
@@ -188,22 +188,22 @@ def judge(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> Under
         from rosorin_compile.language.expand.description import explain_missing_names
 
         diagnostics = explain_missing_names(scope, tree, diagnostics)
-    return Understood(expanded, lowered, arrange(diagnostics), found.used)
+    return LoadedRobot(expanded, lowered, arrange(diagnostics), found.used)
 
 
-def understand_foreign(path: Path, options: ReadOptions) -> Understood:
+def understand_foreign(path: Path, options: ReadOptions) -> LoadedRobot:
     """Load a robot in another format, such as MJCF, without checking the rules. Its only output is a URDF."""
     imported = read_robot(path, options)
     expanded = _with_outputs(imported, [FORMATS.published_format().name])
     lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
     diagnostics = arrange([*imported.diagnostics, *(lowered.diagnostics if lowered is not None else ())])
-    return Understood(expanded, lowered, diagnostics, imported=imported)
+    return LoadedRobot(expanded, lowered, diagnostics, imported=imported)
 
 
-def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
+def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> LoadedRobot:
     """Load a robot in another format, such as MJCF, with the outputs that ``import`` writes, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
-    return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
+    return check_expanded(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
 
 def _with_outputs(imported: ImportedRobot, names: Sequence[str]) -> ExpandedDescription:
@@ -261,7 +261,7 @@ def compile_robot(
 
 
 def emit(
-    understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()
+    understood: LoadedRobot, path: Path, search: Search | None = None, requested: Sequence[str] = ()
 ) -> CompileResult:
     """Generate the artifacts of a loaded robot, by default of all outputs; ``search`` finds the mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
@@ -298,7 +298,7 @@ def emit(
     )
 
 
-def emit_published(understood: Understood, path: Path) -> CompileResult:
+def emit_published(understood: LoadedRobot, path: Path) -> CompileResult:
     """Generate the URDF of a robot in another format; the text of a URDF file is returned unchanged."""
     compiled = emit(understood, path)
     if path.suffix.lower() in FORMATS.published_format().endings:

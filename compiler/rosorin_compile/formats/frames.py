@@ -70,7 +70,7 @@ def _frames(robot: Robot) -> list[Edge]:
     own, frames = {edge.child: edge for edge in robot.joint_edges()}, list[Edge]()
     for joint in robot.joints_down():
         frames += [own[joint.child]] if joint.child in own else []
-        frames += robot.turns.get(joint.name, ()) if joint.child not in robot.simulated_frames else ()
+        frames += robot.mode_dependent_edges.get(joint.name, ()) if joint.child not in robot.simulated_frames else ()
     return frames + [edge for edge in robot.edges if not edge.joint]
 
 

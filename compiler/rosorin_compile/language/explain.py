@@ -262,7 +262,9 @@ class _Frames:
         if joint.moves or joint.type == "planar":
             numbers += self._vector((*path, "axis"), joint.axis, "")
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
-        publisher = "published in turns" if joint.name in self.robot.turns else _in_words(joint.publisher)
+        publisher = (
+            "published in turns" if joint.name in self.robot.mode_dependent_edges else _in_words(joint.publisher)
+        )
         ends = (joint.parent, joint.child, joint.name, joint.type)
         transform = Transform.from_rigid(joint.transform())
         return Edge(*ends, publisher, topic, "", transform, tuple(numbers), *self.origins.place_of(path))
@@ -320,7 +322,7 @@ class _Frames:
 
     def _numbers_of_mass(self, link: Link) -> Iterator[Number]:
         path = self.places["link", link.name]
-        before = self.robot.as_said().link.get(link.name)
+        before = self.robot.without_plugin_entries().link.get(link.name)
         inertial = before.inertial if before is not None else None
         if path[0] == "links" and inertial is not None:
             written = {number.name: number for number in _inner(self.numbers((*path, "inertial")))}

@@ -20,7 +20,7 @@ _ROUNDED = 0.01  # tolerance: rounding a colour to three digits changes lightnes
 
 
 @of_robot
-def own_colours(robot: Robot) -> Mapping[str, Rgba]:
+def default_colours(robot: Robot) -> Mapping[str, Rgba]:
     """Map each link name to a muted colour, derived from the name and distinct from the colour of the parent link."""
     hues: dict[str, float] = {}
     colours: dict[str, Rgba] = {}
@@ -38,8 +38,8 @@ def own_colours(robot: Robot) -> Mapping[str, Rgba]:
     return colours
 
 
-def is_own(rgba: Sequence[float]) -> bool:
-    """Return True if ``own_colours`` may have generated this colour."""
+def is_default(rgba: Sequence[float]) -> bool:
+    """Return True if ``default_colours`` may have generated this colour."""
     if len(rgba) != 4 or rgba[3] != 1.0 or not all(0 <= part <= 1 for part in rgba):
         return False
     pairs = zip(rgb_to_hls(*rgba[:3])[1:], (_LIGHTNESSES, _SATURATIONS), strict=True)
@@ -56,7 +56,7 @@ def colours_of(robot: Robot) -> dict[str, Material]:
             while name in names:
                 name += "_"
             names.add(name)
-            colours[link.name] = Material(name, own_colours(robot)[link.name])
+            colours[link.name] = Material(name, default_colours(robot)[link.name])
     return colours
 
 

@@ -48,7 +48,7 @@ class ExtractProblem(SourceError):
         return cls(error(rule, message, span, help))
 
 
-class NotThere(ExtractProblem):
+class NotFound(ExtractProblem):
     """Raised if a file, robot, package or link does not exist. Commands then exit with the code of a usage error."""
 
 
@@ -103,7 +103,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     """Load the triangles of a mesh file, in metres.
 
     Coordinates are multiplied by ``scale`` and, in a DAE, by the unit of the file. The up axis of a DAE is ignored: z
-    is up. With ``coloured``, the colours of materials are read; a material with an image is white. Raises NotThere for
+    is up. With ``coloured``, the colours of materials are read; a material with an image is white. Raises NotFound for
     a missing file, and ExtractProblem for an unusable file.
     """
     TriangleMesh.require_packages()
@@ -116,7 +116,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     try:
         data = files.read_bytes(path, MAX_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
-        raise NotThere.new("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
+        raise NotFound.new("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None

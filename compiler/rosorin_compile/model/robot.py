@@ -185,7 +185,7 @@ class Robot:
         default = "fixed" if self.drive is None else "free"
         return output.options.get("base", default) == "free" and not self.root_in_world.world
 
-    def as_said(self) -> Robot:
+    def without_plugin_entries(self) -> Robot:
         """Return the robot without the links and other entries that plug-in sections added."""
         return self.sections.without or self
 
@@ -311,7 +311,7 @@ class Robot:
             yield above.parent, above.origin.transform().inverse()
 
     @cached_property
-    def turns(self) -> Mapping[str, tuple[Edge, ...]]:
+    def mode_dependent_edges(self) -> Mapping[str, tuple[Edge, ...]]:
         """The transforms of joints whose publisher depends on the mode, by joint name."""
         return _grouped((edge.joint, edge) for edge in self.edges if edge.joint)
 
@@ -340,7 +340,7 @@ class Robot:
     def joint_edges(self) -> list[Edge]:
         """Return the transforms of joints, without simulation-only links and mode-dependent publishers."""
         joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
-        joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.turns]
+        joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.mode_dependent_edges]
         ends = ((joint, self.publisher_of(joint)) for joint in joints)
         return [Edge(j.parent, j.child, publisher, j.moves_on_tf, pose=j.origin) for j, publisher in ends]
 

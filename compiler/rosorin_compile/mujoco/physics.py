@@ -297,7 +297,7 @@ def _shapes_of(case: Case, *solids: Solid) -> list[tuple[str, TreePath]]:
 
 
 def _name(case: Case, solid: Solid) -> str:
-    shapes, place = case.robot.link[solid.link].collision, case.stands_in(_path(case, solid))
+    shapes, place = case.robot.link[solid.link].collision, case.stand_in(_path(case, solid))
     geometry = shapes[solid.number].geometry
     if isinstance(geometry, Mesh):
         return f"the hull of {geometry.file.rpartition('/')[2]}{place}"

@@ -1,7 +1,7 @@
 """scene: an MJCF with floor, light and camera that includes the MJCF of the robot, for MuJoCo's viewer.
 
 MuJoCo resolves mesh paths relative to the scene, so it must be in the same folder as the MJCF. The floor is at z = 0,
-where the MJCF puts a free base (see ``stands_at``), or at the lowest point of a robot that is fixed to the world. The
+where the MJCF puts a free base (see ``resting_pose``), or at the lowest point of a robot fixed to the world. The
 camera is placed so that the robot fills the picture. The scene looks like those in MuJoCo Menagerie.
 """
 
@@ -97,10 +97,10 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
 def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.mesh_vertices import clouds_of, no_clouds
-    from rosorin_compile.mujoco.mjcf.bodies import home_of, reach, stands_at
+    from rosorin_compile.mujoco.mjcf.bodies import home_of, reach, resting_pose
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
-    at = stands_at(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose
+    at = resting_pose(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose
     solid, unknown = reach(robot, home.positions, "collision", at, clouds)
     seen, _ = reach(robot, home.positions, "visual", at, no_clouds)
     boxes = [box for box in (solid, seen) if box is not None]

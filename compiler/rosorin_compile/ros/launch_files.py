@@ -312,7 +312,7 @@ def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
     joint, edge = robot.joint_to.get(static.child), f"{static.parent} -> {static.child}"
     owners = [one.publisher for one in robot.edges if one.child == static.child]
     if joint is not None:
-        owners = [one.publisher for one in robot.turns.get(joint.name, ())] or [joint.publisher]
+        owners = [one.publisher for one in robot.mode_dependent_edges.get(joint.name, ())] or [joint.publisher]
     if not owners:
         yield report("deployed-launch-unknown", f"{edge} is not a frame of the description", node.span)
     elif joint is not None and any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in owners):

@@ -31,7 +31,7 @@ class Problem(NamedTuple):
     key: bool = False
 
 
-class Lead(NamedTuple):
+class PublishedTransform(NamedTuple):
     """A published transform parent -> child; ``path`` is the path of its entry in the section ``edges``."""
 
     parent: str
@@ -49,9 +49,9 @@ class Frames(NamedTuple):
     map: str
     odom: str
     moved: str
-    leads: tuple[Lead, ...]
+    leads: tuple[PublishedTransform, ...]
 
-    def transforms_of(self, publisher: Publisher) -> list[Lead]:
+    def transforms_of(self, publisher: Publisher) -> list[PublishedTransform]:
         """Return the transforms of a publisher, without duplicates."""
         mine = {(lead.parent, lead.child): lead for lead in self.leads if lead.publisher.name == publisher.name}
         return list(mine.values())
@@ -67,7 +67,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
         return None, [Problem("navigation-frames", message, path, help, key=not path)]
 
     nodes = [one for one in enumerate(robot.edges) if one[1].publisher.kind != UNPUBLISHED and not one[1].joint]
-    leads = [Lead(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
+    leads = [PublishedTransform(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
     ends = ((one.parent, one.child) for one in leads)
     if not (every := dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)):
         edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"

@@ -12,7 +12,7 @@ from rosorin_compile.model.drive import drive_kinematics
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, phrase, quote
 
 from .controllers.write import drivers, is_whole
-from .navigation import FILTER, Frames, Lead, Problem, diagnose, frames_of, kind_of, stated_topic
+from .navigation import FILTER, Frames, Problem, PublishedTransform, diagnose, frames_of, kind_of, stated_topic
 from .parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
 
@@ -26,7 +26,7 @@ def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
     return output.options.get("inputs") or {}
 
 
-def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Problem]]:
+def _content(robot: Robot, output: Output) -> tuple[Node | None, PublishedTransform | None, list[Problem]]:
     """Return (filter node, published transform, problems); the node is None on errors."""
     frames, wrong = frames_of(robot, output)
     if frames is None:

@@ -90,7 +90,7 @@ def _mass(case: Case, link: Link, mass: float, bounds: Bounds, complete: bool) -
     path, shape = case.link(link.name, "inertial"), _shape(case, link)
     place = (*path, "density" if exists(case.tree, (*path, "density")) else "mass")
     sizes = " x ".join(map(number, bounds.size))
-    message = f'link "{link.name}" has {number(mass)} kg{case.stands_in(place)} in {sizes} m{case.stands_in(shape)},'
+    message = f'link "{link.name}" has {number(mass)} kg{case.stand_in(place)} in {sizes} m{case.stand_in(shape)},'
     message += f" a density of {number(density)} kg/m^3 (osmium: 22,590, air: 1.2)"
     yield case.problem("mass-implausible", message, place, related=[("the shape", shape)])
 
@@ -115,7 +115,7 @@ def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) 
     elif not bounds and density < LIGHTEST_INERTIA:
         what = "large for its mass"
     if what:
-        message = f'the inertia of link "{link.name}"{case.stands_in(place)} is too {what}: the implied density is'
+        message = f'the inertia of link "{link.name}"{case.stand_in(place)} is too {what}: the implied density is'
         message += f" {number(density)} kg/m^3 (osmium: 22,590, air: 1.2)"
         yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
@@ -128,7 +128,7 @@ def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> It
         what, related = "its shapes, which measure only", [("the shape", _shape(case, link))]
     if size > 0 and limit < away:
         place = case.link(link.name, "inertial", "xyz", max(range(3), key=lambda index: abs(centre[index])))
-        message = f'the centre of mass of link "{link.name}"{case.stands_in(place)} is {number(away)} m away from'
+        message = f'the centre of mass of link "{link.name}"{case.stand_in(place)} is {number(away)} m away from'
         yield case.problem("centre-outside", f"{message} {what} {number(size)} m", place, related=related)
 
 

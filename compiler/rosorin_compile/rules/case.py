@@ -156,7 +156,7 @@ class Case:
         """The function ``suggest_name`` for this description; it suggests a fix for an unknown name."""
         return partial(suggest_name, self.tree)
 
-    def stands_in(self, path: Path) -> str:
+    def stand_in(self, path: Path) -> str:
         """Return " (a stand-in)" for messages if the nearest ``source`` marks the value as a stand-in, else ""."""
         nodes = [value_at(self.tree, path[:depth]) for depth in range(follow(self.tree, path) + 1)]
         sources = [node.get("source") for node in nodes if isinstance(node, Map)]

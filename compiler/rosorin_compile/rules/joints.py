@@ -278,7 +278,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         for part, key, value in (*(one for one in numbers if one[2] < 0), *wrong):
             path = case.joint(joint, part, key)
             why = "not above 0" if key == "springdamper" else "below 0"
-            message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(path)}, {why}'
+            message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stand_in(path)}, {why}'
             yield case.problem("dynamics-negative", message, path)
 
 

@@ -160,7 +160,7 @@ def speeds(case: Case) -> Iterator[Diagnostic]:
         path = case.joint(joint, "limit", "velocity")
         is_fast = joint.type == "revolute" and velocity and FAST <= velocity <= FASTEST and not velocity % STEP
         if velocity and is_fast and not has_unit(value_at(case.tree, path)):
-            message = f'the velocity limit of joint "{joint.name}" is {number(velocity)} rad/s{case.stands_in(path)},'
+            message = f'the velocity limit of joint "{joint.name}" is {number(velocity)} rad/s{case.stand_in(path)},'
             message += f" {number(round(velocity / (2 * math.pi), 1))} turns a second"
             yield _looks_like(case, "velocity-looks-like-degrees", message, path, velocity, "deg/s rad/s")
 

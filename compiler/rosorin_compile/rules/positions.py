@@ -99,7 +99,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         message = f'{what} joint "{joint.name}" to {shown}, outside its limits of {number(low)} to {number(high)}'
         message += f" {joint.unit}" if interface == "position" else ""
         related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
-        message += case.stands_in(limit)
+        message += case.stand_in(limit)
         yield case.problem(id, message, path, related=related, severity=WARNING, key=len(path) == 2)
 
 
@@ -181,14 +181,14 @@ def scales(case: Case) -> Iterator[Diagnostic]:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         path: Path = ("servos", group.name, "rad_per_pulse")
         step, reach = abs(group.rad_per_pulse), abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
-        message = f'the pulse range of servo group "{group.name}" covers {number(reach)} rad or m{case.stands_in(path)}'
+        message = f'the pulse range of servo group "{group.name}" covers {number(reach)} rad or m{case.stand_in(path)}'
         spans = [(joint, ends[1] - ends[0]) for joint in joints if (ends := range_of(joint))]
         wrong = next((one for one in spans if not 1 / OTHER_RANGE <= reach / one[1] <= OTHER_RANGE), None)
         if step >= COARSE and reach >= SEVERAL_TURNS and any(joint.type != "prismatic" for joint in joints):
             yield case.problem("servo-range", f"{message}, which looks like degrees", path)
         elif wrong:
             limit = case.joint(wrong[0], "limit")
-            message += f', but the limits of joint "{wrong[0].name}" cover {number(wrong[1])}{case.stands_in(limit)}'
+            message += f', but the limits of joint "{wrong[0].name}" cover {number(wrong[1])}{case.stand_in(limit)}'
             yield case.problem("servo-range", message, path, related=[("the limits", limit)])
 
 

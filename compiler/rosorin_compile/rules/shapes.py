@@ -107,7 +107,7 @@ def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> 
     if far:
         place = (*path, max(far, key=lambda index: abs(values[index])))
         numbers = phrase(number(values[index]) for index in far)
-        message = f"{what} ({numbers} m{case.stands_in(place)}), but the rest of the robot measures {number(rest)} m"
+        message = f"{what} ({numbers} m{case.stand_in(place)}), but the rest of the robot measures {number(rest)} m"
         help = f'write the unit "mm" after {numbers} if millimetres are meant, "m" if not'
         yield case.problem("size-implausible", message, place, help)
 

@@ -21,7 +21,7 @@ from .page.data import robot_data
 from .page.images import Data, EmbeddedFiles, companions, tables
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compilation import Understood
+    from rosorin_compile.formats.compilation import LoadedRobot
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
 
@@ -36,7 +36,7 @@ class RobotView:
     data: Data
     meshes: Mapping[str, Path]
     files: tuple[Path, ...]
-    understood: Understood
+    understood: LoadedRobot
     arguments: Mapping[str, Any]
 
     @property

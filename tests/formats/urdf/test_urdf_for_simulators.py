@@ -32,7 +32,7 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model import Robot as Model
-from rosorin_compile.model.colours import own_colours, with_visuals
+from rosorin_compile.model.colours import default_colours, with_visuals
 from rosorin_compile.model.joint import UNPUBLISHED, Mimic
 from support import sdformat
 from support.robots import compiled, compiled_text, texts
@@ -268,7 +268,7 @@ def test_a_link_without_visuals_is_seen_as_its_collision_shapes_in_one_colour() 
         shape.geometry for shape in robot.link["a"].collision
     ]
     assert {(v.name, v.stand_in, v.urdf_elements) for v in seen.link["a"].visual} == {("", "", ())}
-    assert [seen.colour(visual) for visual in seen.link["c"].visual] == [own_colours(robot)["c"]] * 2
+    assert [seen.colour(visual) for visual in seen.link["c"].visual] == [default_colours(robot)["c"]] * 2
     assert with_visuals(seen) == seen
     text = emit(robot, {"visuals": "from_collision", "elements": []})
     assert {name: len(link.findall("visual")) for name, link in links(text).items()} == {"a": 2, "b": 1, "c": 2}

@@ -7,7 +7,7 @@ mujoco = pytest.importorskip("mujoco", minversion="3.12")
 pinocchio = pytest.importorskip("pinocchio")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.mujoco.mjcf.bodies import stands_at  # noqa: E402
+from rosorin_compile.mujoco.mjcf.bodies import resting_pose  # noqa: E402
 from support.machines import exact_urdf, machine  # noqa: E402
 from support.simulator import BASES, at_origin, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 
@@ -149,7 +149,7 @@ def test_keyframes_hold_every_pose_with_its_followers(base):
             assert data.joint(joint.name).qpos[0] == robot.position(joint, named.positions)
             if joint.actuator:
                 assert data.actuator(joint.name).ctrl[0] == robot.position(joint, named.positions)
-        root = stands_at(robot, named).transform() if base == "free" else Transform()
+        root = resting_pose(robot, named).transform() if base == "free" else Transform()
         for link in robot.links:
             ours = matrix(root.then(robot.pose_in_root(link.name, named.positions)))
             np.testing.assert_allclose(frame(data, "body", link.name), ours, atol=1e-12)

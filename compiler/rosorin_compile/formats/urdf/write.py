@@ -329,7 +329,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
         path = case.joint(joint, "dynamics", "damping")
         more = f" (also {count_of(len(found) - 1, 'other joint')})" if len(found) > 1 else ""
-        value = f"a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)}"
+        value = f"a damping of {rounded(inertia / ratio)} {units[0]}{case.stand_in(path)}"
         message = f'joint "{joint.name}" has {value}, too much for {rounded(inertia)} {units[1]} in simulators'
         message += f" with explicit integration, such as PyBullet{more}"
         help = f'up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; write the damping of a servo in "actuator"'

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.imported_robot import ReadOptions
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Pose, Shape
-from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
+from rosorin_compile.model.mesh_triangles import ExtractProblem, NotFound, TriangleMesh, load_mesh
 from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn, read_options
 from rosorin_compile.source import files
@@ -290,7 +290,7 @@ def is_made(old: bytes) -> bool:
 
 def all_diagnostics(problem: DiagnosticError, others: list[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Return ``others`` and the diagnostic of ``problem``, sorted. Raises RequestError if a mesh file is missing."""
-    if isinstance(problem, NotThere):
+    if isinstance(problem, NotFound):
         raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None
     return tuple(arrange([*others, problem.diagnostic]))
 

@@ -112,7 +112,7 @@ BITS = ("contype", "conaffinity")
 USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 
 
-class Masks:
+class ContactBits:
     """The contact bits of all collision shapes. If ``implied`` is true, wheels collide only with the floor."""
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
@@ -257,7 +257,7 @@ def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
     return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}
 
 
-def stands_at(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -> model.Pose:
+def resting_pose(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -> model.Pose:
     """Return the pose in the world of the root link of a robot with a free base.
 
     It is the base pose in ``pose``, else the root pose in the description. By default, the robot is upright with its

@@ -35,7 +35,7 @@ from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from . import bodies, servos
-from .bodies import COLLISION, HFIELD, Masks, body_name, half_sizes, has_volume, numbered_solids, weld_groups
+from .bodies import COLLISION, HFIELD, ContactBits, body_name, half_sizes, has_volume, numbered_solids, weld_groups
 from .unsupported import is_written, position_range
 
 NEAR = 1e-6  # m: tolerance, because rounding can separate faces that coincide
@@ -185,7 +185,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     ``form`` is the option ``height_maps`` (see ``form_of``). If ``implied`` is false, only the ``disabled_contacts`` of
     the description are excluded, and there are no pairs.
     """
-    groups, masks = weld_groups(robot), Masks(robot, implied)
+    groups, masks = weld_groups(robot), ContactBits(robot, implied)
     top_of = {name: top for top, names in groups.items() for name in names}
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
     meshes = {link.name for link in robot.links for one in link.collision if isinstance(one.geometry, Mesh)}
@@ -277,7 +277,7 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
     Yield ((kind, kind), (link, shape index), (link, shape index)) once for each combination of kinds.
     """
     implied, form = output.options.get("contacts", "implied") == "implied", bodies.form_of(output)
-    masks, touching = Masks(robot, implied), contacts(robot, form, implied)
+    masks, touching = ContactBits(robot, implied), contacts(robot, form, implied)
     # Index of the first shape in a link by (link, kind of shape, contact bits).
     looks: dict[tuple[str, str, bodies.Mask], int] = {}
     for name, (number, shape) in ((link.name, one) for link in robot.links for one in enumerate(link.collision)):

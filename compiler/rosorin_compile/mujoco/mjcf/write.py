@@ -29,7 +29,7 @@ from rosorin_compile.model.mesh_vertices import clouds_of
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import POSITION, Attribute
-from rosorin_compile.mujoco.mjcf.bodies import HOME, home_of, stands_at
+from rosorin_compile.mujoco.mjcf.bodies import HOME, home_of, resting_pose
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indent_lines
@@ -177,7 +177,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     shared += [printer.actuator(drive) for drive in drives]
     classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in measuring.sections)])
     geoms = _Geoms(output, printer, classes, shown)
-    in_world, stands_there = robot.root_in_world, partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
+    in_world, stands_there = robot.root_in_world, partial(resting_pose, robot, clouds=clouds_of(robot, as_opened=True))
     root = in_world.pose if in_world.placed or not free else stands_there(home_of(robot))
     top = 1 if in_world.world else 0  # depth of the top-level bodies in the frame tree
     name = in_world.joint or bodies.free_name(f"{robot.root}_free", robot.joint)

@@ -18,7 +18,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, count_of, phrase
 from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, value_at
 
-from .element_rules import several
+from .element_rules import multi_dof_joints
 
 TARGETS = {"joint": "joint", "joint_in_parent": "jointinparent", "tendon": "tendon", "site": "site"}
 TARGETS |= {"reference_site": "refsite", "slider_site": "slidersite", "crank_site": "cranksite", "body": "body"}
@@ -278,7 +278,7 @@ _KEYS = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "join
 )
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Report constraints that MuJoCo would reject."""
-    turning = several(case)
+    turning = multi_dof_joints(case)
     for name, entry in (case.tree.get("constraints") or {}).items():
         for index, joint in enumerate(entry.get("joints") or ()):
             if joint in turning:

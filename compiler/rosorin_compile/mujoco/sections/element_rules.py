@@ -43,7 +43,7 @@ class NameUse(NamedTuple):
     derived: bool = False
 
 
-def several(case: Case) -> Mapping[str, str]:
+def multi_dof_joints(case: Case) -> Mapping[str, str]:
     """Return the MJCF joints with several qpos values: "ball" or "free" by name of the joint."""
     found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
     found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}

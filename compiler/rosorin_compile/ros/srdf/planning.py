@@ -29,7 +29,7 @@ URDF = "urdf"
 _FORM = 1  # version of the search algorithm; increase it to make every collision matrix stale
 
 
-class Parts(NamedTuple):
+class MatrixDigests(NamedTuple):
     """Digests of the inputs of a collision matrix: of the search settings, of the shapes by link, and by joint."""
 
     how: str
@@ -80,16 +80,16 @@ class PlanningModel:
                 found[name] = sha256(read_bytes(files[name])).hexdigest()[:32]
         return found
 
-    def parts(self, meshes: Mapping[str, str]) -> Parts:
+    def parts(self, meshes: Mapping[str, str]) -> MatrixDigests:
         """Return digests of single inputs of the collision matrix; ``meshes`` are the digests of mesh files by name."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
             shapes[name] = _hash([list(map(_solid, those)), files])
         joints = {name: _hash(self._joint(name)) for name in self._carrying()}
-        return Parts(_hash([_FORM, vars(self.said.search)]), shapes, joints)
+        return MatrixDigests(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
-    def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
+    def same_pairs(self, now: MatrixDigests) -> dict[Pair, DisabledCollision | None]:
         """Map link pairs with unchanged digests to their matrix entries, or to None if MoveIt checks the pair."""
         if (matrix := self.said.matrix) is None or matrix.how != now.how:
             return {}

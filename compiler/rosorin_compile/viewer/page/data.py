@@ -10,7 +10,7 @@ from typing import Any
 from rosorin_compile import model
 from rosorin_compile.formats.format import describe
 from rosorin_compile.model import Joint, Link, Pose, Robot, Sensor, Shape
-from rosorin_compile.model.colours import own_colours
+from rosorin_compile.model.colours import default_colours
 from rosorin_compile.model.field_of_view import numbers, page_pose, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
@@ -73,7 +73,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
 
 
 def _link(robot: Robot, link: Link) -> Data:
-    colour = "".join(f"{round(255 * part):02x}" for part in own_colours(robot)[link.name][:3])
+    colour = "".join(f"{round(255 * part):02x}" for part in default_colours(robot)[link.name][:3])
     made: Data = {"name": link.name, "colour": f"#{colour}"}
     if (inertial := link.inertial) is not None:
         moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}

@@ -40,7 +40,7 @@ _IMAGES = re.compile(rb"<library_images\b.*?</library_images>", re.DOTALL)
 _IMAGE = re.compile(rb"<init_from>\s*(?:<ref>)?\s*([^<]+?)\s*<")
 
 
-class Side(NamedTuple):
+class ReferencedFile(NamedTuple):
     """A file that a mesh refers to: its name in the mesh, its path, and its MIME type."""
 
     name: str
@@ -152,13 +152,13 @@ def image_type(file: Path) -> str:
     return ""
 
 
-def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
+def companions(mesh: Path) -> tuple[list[ReferencedFile], dict[str, str]]:
     """Return the files that a mesh refers to, and a mapping from the names of unusable images to reasons."""
     try:
         content = files.read_bytes(mesh) if mesh.suffix.lower() in (".dae", ".obj") else b""
     except OSError:
         return [], {}
-    homes, sides, vain, names = _homes(mesh), list[Side](), dict[str, str](), list[str]()
+    homes, sides, vain, names = _homes(mesh), list[ReferencedFile](), dict[str, str](), list[str]()
     if mesh.suffix.lower() == ".dae":
         library = _IMAGES.search(content)
         names = [unquote(found.decode("utf-8", "replace")) for found in _IMAGE.findall(library[0] if library else b"")]
@@ -168,13 +168,13 @@ def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
         with suppress(OSError):
             if file and file.suffix.lower() == ".mtl" and _is_in(file, homes) and file.stat().st_size <= _LARGEST:
                 text = files.read_bytes(file).decode("utf-8", "replace")
-                sides.append(Side(named, file, _MATERIALS))
+                sides.append(ReferencedFile(named, file, _MATERIALS))
                 names += [_OPTION.sub("", image) for image in _MAP.findall(text)]
     for named in dict.fromkeys(names):
         file = _relative(mesh, named)
         kind = image_type(file) if file is not None else ""
         if file is not None and kind and _is_in(file, homes):
-            sides.append(Side(named, file, kind))
+            sides.append(ReferencedFile(named, file, kind))
         else:
             why = "a mesh names it outside of the project" if kind else "not found, or no image that browsers read"
             vain[PurePosixPath(named.replace("\\", "/")).name] = why

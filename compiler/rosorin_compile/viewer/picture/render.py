@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Robot, Sphere, Transform, Vector
-from rosorin_compile.model.colours import own_colours
+from rosorin_compile.model.colours import default_colours
 from rosorin_compile.model.mesh_triangles import Colour, TriangleMesh
 from rosorin_compile.source.progress import Progress
 
@@ -81,7 +81,7 @@ class Scene:
         """
         made = [(np.empty((0, 3, 3)), np.empty((0, 3, 3)), np.empty((0, 6)))]
         for link in robot.links:
-            own = own_colours(robot)[link.name]
+            own = default_colours(robot)[link.name]
             veil = (_OVERLAY if collision else own) if robot.has_looks else robot.look_of(link) or own
             lost = any(isinstance(shape.geometry, Mesh) and shape.geometry not in meshes for shape in link.visual)
             solids = [(solid, robot.colour(solid), robot.has_looks) for shape in link.visual for solid in shape.drawn()]

@@ -32,10 +32,10 @@ _COORDINATES: Mapping[str, tuple[tuple[str, ...], ...]] = {
 def positions(
     robot: Robot, pose: str = "", joints: Values = None, pulses: Mapping[str, object] | None = None
 ) -> dict[str, Position]:
-    """Return the requested joint positions in rad or m: those of ``pose``, then of ``pulses``, then of ``joints``.
+    """Return the requested joint positions (rad or m) by joint name.
 
-    Later ones override earlier ones. Values of ``joints`` are numbers in rad or m, or strings such as "30deg".
-    Raises RequestError, and NoPulse for a pulse out of range.
+    ``pulses`` override the positions of ``pose``, and ``joints`` override both. Values of ``joints`` are numbers in rad
+    or m, or strings such as "30deg". Raises RequestError, and NoPulse for a pulse out of range.
     """
     found: dict[str, Position] = {**(robot.positions(pose) if pose else {})}
     for name, pulse in (pulses or {}).items():
@@ -66,7 +66,7 @@ def position(robot: Robot, name: str, text: str) -> Position:
 
 
 def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
-    """Parse a sweep "FROM:TO:COUNT" of a joint to COUNT evenly spaced positions. Raises RequestError."""
+    """Parse the sweep "FROM:TO:COUNT" into COUNT evenly spaced positions of a joint. Raises RequestError."""
     joint, parts = _movable_joint(robot, name), [part.strip() for part in text.split(":")]
     if len(parts) != 3 or not _WHOLE.fullmatch(parts[2]):
         raise RequestError(f'"{name}={text}" is not JOINT=FROM:TO:COUNT')
@@ -124,7 +124,7 @@ def _whole(text: str) -> int:
 
 
 def beyond_limits(case: Case, states: Iterable[Positions], strict: bool = False) -> list[Diagnostic]:
-    """Return a warning, or an error if ``strict`` is True, for each limit that a joint or mimic joint exceeds."""
+    """Return a warning (an error if ``strict`` is True) for each joint limit that any of the ``states`` exceeds."""
     found: dict[tuple[str, str], Diagnostic] = {}
     help, severity = "the joint does not get there; with --strict this is an error", ERROR if strict else WARNING
     for state, joint in product(states, case.robot.joints):

@@ -85,7 +85,7 @@ def declared_arguments(
 
 
 def choices(arguments: Sequence[Argument], values: Mapping[str, Any]) -> list[Choice]:
-    """Return the name and possible values of each unset argument that is boolean or has ``one_of``."""
+    """Return (name, possible values) of each boolean or ``one_of`` argument that neither ``values`` nor a file sets."""
     found = []
     for argument in arguments:
         allowed = argument.allowed or (("true", "false") if argument.type == "boolean" else ())
@@ -225,5 +225,5 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: "Mapping[str, Format]
 
 
 def is_listed(entry: object) -> bool:
-    """Return True if the description contains an entry of ``outputs``, False if ``with_wanted`` added the entry."""
+    """Return True if an entry of ``outputs`` is from the description, False if ``with_wanted`` added it."""
     return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)

@@ -46,7 +46,7 @@ class Transform(NamedTuple):
 
     @classmethod
     def from_rigid(cls, rigid: Rigid) -> "Transform":
-        """Convert a rigid transform; replace -0.0 by 0.0."""
+        """Convert a rigid transform; replace -0.0 with 0.0."""
         w, x, y, z = rigid.quaternion()
         values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))
         return cls(*(tuple(value + 0.0 for value in row) for row in values))
@@ -85,7 +85,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """The explanation of a frame: transforms from the root (``chain``), further transforms to it, poses and numbers."""
+    """The explanation of a frame: ``chain`` has the transforms from the root, ``others`` those of other nodes."""
 
     name: str
     roles: tuple[str, ...]
@@ -166,7 +166,7 @@ def explain(
 
 
 def _is_called(number: str, word: str) -> bool:
-    """Return True if ``word`` selects a number: "mass" for "mass", "ixx" for "inertia ixx", "xyz" for "x"."""
+    """Return True if the user's ``word`` selects a number: "ixx" selects "inertia ixx", "xyz" selects "x"."""
     return word in (number, number.partition("[")[0]) or word in number.split() or number in _AXES.get(word, ())
 
 
@@ -181,8 +181,6 @@ def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[s
 
 
 class _Frames:
-    """The frame tree of a robot: its joints, and the transforms that external ROS nodes publish."""
-
     def __init__(self, robot: Robot, places: Mapping[tuple[str, str], Path], origins: Origins) -> None:
         self.robot, self.places, self.origins = robot, places, origins
         ends = [name for edge in robot.edges for name in (edge.parent, edge.child)]

@@ -54,7 +54,7 @@ class SourceEntries:
         return self._read(span.source)[1].get((span.line, span.column))
 
     def text(self, span: Span) -> str:
-        """Return the source of the value that begins, or whose key begins, at a position, shortened to one line."""
+        """Return the source text of the value or entry that begins at a position, shortened to one line."""
         if _is_markup(span.source):
             text = span.source.line(span.line)[span.column - 1 :][: span.length]
         else:

@@ -306,7 +306,7 @@ def authoring_schema() -> str:
 
 
 def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
-    """Adapt a schema fragment to files before expansion: allow expressions, and loops and conditions if ``entry``."""
+    """Adapt a schema fragment to files before expansion: allow expressions and, if ``entry``, loops and conditions."""
     if "$ref" in fragment or "const" in fragment:
         return fragment
     made = {key: fragment[key] for key in _COPIED if key in fragment}

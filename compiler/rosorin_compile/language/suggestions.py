@@ -76,7 +76,6 @@ def words_for(kind: str) -> Mapping[str, str]:
 
 
 def _meaning(word: str, table: Mapping[str, str]) -> str:
-    """Return the replacement for a word, or "" if there is none; ignore case and punctuation."""
     return table.get(re.sub(r"[^a-z0-9]", "", word.casefold()), "")
 
 
@@ -104,7 +103,7 @@ def _dimensions(units: Sequence[str]) -> list[Dimension]:
 
 
 def _factors(unit: str, others: Mapping[str, str]) -> str:
-    """Return a unit with each factor replaced by its symbol (first from ``others``), or "" if a factor is unknown."""
+    """Return a unit with each factor replaced by its symbol, or "" if one is unknown; ``others`` take precedence."""
     pieces: list[str] = []
     spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
@@ -175,7 +174,7 @@ def _is_number(text: str) -> bool:
 
 
 def numbers_in(text: str) -> list[str]:
-    """Split a text into numbers and quantities; return [] if it contains anything else."""
+    """Split text into numbers and quantities; return [] if it contains anything else."""
     found: list[str] = []
     for word in re.split(r"[\s,;]+", text.strip("()[]{}<> \t\n")):
         if _is_number(word):
@@ -292,7 +291,7 @@ def _key_and_value(key: str) -> tuple[str, str] | None:
 
 
 def _texts_with_commas(entry: Map) -> list[list[str]]:
-    """Return the keys that YAML reads from each unquoted text with commas: note and b for ``{note: a, b}``."""
+    """Find unquoted texts with commas, which YAML splits into keys: ``{note: a, b}`` gives ``[["note", "b"]]``."""
     runs: list[list[str]] = []
     for before, key in pairwise(entry):
         value, span = entry[before], entry.key_spans[key]

@@ -103,7 +103,7 @@ class SymbolTable:
         self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)
 
     def _fragments(self) -> Iterator[tuple[Path, Map]]:
-        """Yield (path, mapping) of each mapping with sections: the tree, and each part and ``content`` of ``use``."""
+        """Yield (path, mapping) of the tree, of each part, and of the key ``content`` of each ``use`` entry."""
         waiting: list[tuple[Path, Map]] = [((), self.tree)]
         waiting += [(("parts", name), body) for name, body in _entries(self.tree, "parts")]
         for path, fragment in waiting:

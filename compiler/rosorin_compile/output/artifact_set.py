@@ -27,8 +27,8 @@ Judge = Callable[[str, bytes, bytes], Decision]  # takes the path, the old and t
 class WriteResult(NamedTuple):
     """The result of writing artifacts, as sorted relative POSIX paths.
 
-    ``kept`` and ``removed`` are files that are not artifacts. ``renamed`` has (old, new) paths of files that were in
-    the way of an artifact, and may not have been written by this tool.
+    ``kept`` and ``removed`` are other files in the folder; ``prune`` removes them. ``renamed`` has (old, new) paths of
+    files that were in the way of an artifact, and were possibly not written by this tool.
     """
 
     written: tuple[str, ...]
@@ -178,7 +178,7 @@ def _update(
 
 
 def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
-    """Map the path of each file and folder to True for a folder. Raises OutputError for too many other files."""
+    """Map each path in a folder to True (folder) or False (file). Raises OutputError if too many are not artifacts."""
     with suppress(OSError), lock(folder, tidy=True):
         pass  # locking with ``tidy`` removes leftovers of killed processes
     present, foreign, device = {}, 0, folder.stat().st_dev
@@ -214,7 +214,7 @@ def remember(path: Path) -> None:
 
 
 def is_remembered(path: Path) -> bool:
-    """Return True if an earlier call of ``remember`` recorded the file."""
+    """Return True if ``remember`` was called for the file, in this run or an earlier one."""
     return (record := _record(path)) is not None and record.exists()
 
 

@@ -22,7 +22,7 @@ class WatchedFiles:
         self.is_outdated = False
 
     def has_changed(self) -> bool:
-        """Return True if a file was changed, removed or created since the last call of ``read``."""
+        """Return True if a file was changed, removed or created since the last call to ``read``."""
         return self.is_outdated or any(version(path) != before for path, before in self.versions.items())
 
     def settle(self, sleep: Callable[[float], None] = time.sleep) -> None:

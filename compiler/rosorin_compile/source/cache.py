@@ -52,7 +52,7 @@ def cache_folder(name: str) -> Path | None:
 
 
 def cache_refused() -> tuple[str, str] | None:
-    """Return (reason, fix) if ``cache_folder`` rejected an unsafe folder, or None; each rejection is returned once."""
+    """Return (reason, fix) once for each unsafe folder that ``cache_folder`` rejected, and then None."""
     return _refused.pop() if _refused else None
 
 

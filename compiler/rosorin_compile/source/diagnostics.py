@@ -9,7 +9,7 @@ from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase
 __all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-TRUSTED = (("trusted", True),)  # ``numbers`` of a warning about code that the user trusts: it is not printed
+TRUSTED = (("trusted", True),)  # ``numbers`` of a warning about trusted code, which is not printed
 _COLOURS = {ERROR: "\033[31m", WARNING: "\033[33m", NOTE: "\033[34m"}
 _BOLD, _PLAIN = "\033[1m", "\033[0m"
 MAX_SHOWN = 160  # maximum number of characters of a source line to print
@@ -56,7 +56,7 @@ class Related:
 
 
 class Use(Related):
-    """A related position that inserts the faulty YAML into the robot: an entry of "use" (for a part), or a loop."""
+    """The position of the entry of "use" that inserted the part with the faulty YAML, or of the loop around it."""
 
     __slots__ = ()
 
@@ -77,9 +77,9 @@ class Suggestion:
 
     word: str
     candidates: Collection[str]  # valid names; the help suggests the most similar name
-    otherwise: str = ""  # if no candidate is similar: the text before the list of candidates
-    instead: str = ""  # if no candidate is similar: the help, in place of the list of candidates
-    details: str = ""  # added in parentheses after a suggested name; if no candidate is similar, like ``instead``
+    otherwise: str = ""  # begins the help if no candidate is similar; the list of candidates follows
+    instead: str = ""  # the entire help if no candidate is similar, without the list of candidates
+    details: str = ""  # added in parentheses to a suggestion; used like ``instead`` if that is empty
     none: str = ""  # the help if ``candidates`` is empty
     places: Mapping[str, Span] = field(default_factory=dict)  # where each candidate is defined
     others: Collection[str] = ()  # more valid names, suggested only if no name in ``candidates`` is similar
@@ -105,9 +105,9 @@ Help = str | Callable[[], str]
 class Diagnostic:
     """An error, warning or note, which refers to the rule with the id ``rule``.
 
-    ``help`` suggests a fix; ``suggest``, if not None, computes the help when it is printed. ``of`` has the names of the
-    links and joints that the problem is about, or of a transform, topic or line of a recording. ``numbers`` are
-    (name, value) pairs in SI units, so that programs need not parse the message.
+    ``help`` suggests a fix; ``suggest``, if not None, computes the help when it is printed. ``of`` names the subject:
+    links and joints, or a transform, topic or line of a recording. ``numbers`` are (name, value) pairs in SI units, so
+    that programs need not parse the message.
     """
 
     rule: str

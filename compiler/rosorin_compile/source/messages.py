@@ -127,7 +127,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
             keys = [offered.name, tuple(sorted(offered)), *((home.source.path, *home[1:3]) for home in homes if home)]
             steps = [*zip(offered.name.split("."), offered.meant.split("."), strict=False)]
             differing = [step for step in steps if step[0] != step[1]]
-            # Report "arm.x" instead of "leg.x", and "arm.y" instead of "leg.y", as one mistake.
+            # Report one mistake, not two, if "arm.x" and "arm.y" are unknown, and "leg.x" and "leg.y" are suggested.
             keys += differing if len(steps) > 1 and len(differing) == 1 else []
         same = next((known[key] for key in keys if key in known), None)
         if same is None:

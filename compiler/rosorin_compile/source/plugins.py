@@ -52,7 +52,7 @@ def load(
         kind: The type of the object that each entry point must refer to.
         names: A function that returns the names that such an object defines.
         built_in: A function that returns True for a built-in name, which a plug-in may not define.
-        called: The name of the only entry points to import. Default: all.
+        called: Import only the entry points with this name. Default: all.
 
     Returns:
         The (plug-in, object) pairs, and an error for each plug-in that cannot be used.
@@ -88,7 +88,7 @@ def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Dia
 def failed_plugin(plugin: Plugin, problem: BaseException, what: str = "fails") -> Diagnostic:
     """Create the error for a plug-in that raised ``problem``; ``what`` is the verb, such as "cannot be loaded"."""
     reason = type(problem).__name__
-    with suppress(Exception):  # str() may run code of the plug-in, which may fail, too
+    with suppress(Exception):  # str() may run code of the plug-in, which may also fail
         reason = f"{reason}: {problem}".rstrip(": ")
     return broken_plugin(plugin, f"{what}: {reason}")
 

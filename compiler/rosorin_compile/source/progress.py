@@ -13,7 +13,7 @@ _WIDTH = 30  # width of the bar in characters
 
 
 class Progress:
-    """The progress line of this process, which is printed only after a call of ``show``."""
+    """The progress line of this process. Nothing is printed until ``show`` is called."""
 
     _stream: ClassVar[TextIO | None] = None
     _topic = _kind = ""
@@ -68,7 +68,7 @@ class Progress:
     @classmethod
     @contextmanager
     def hide_steps(cls) -> Iterator[None]:
-        """Suppress progress output in the ``with`` block, which is a single step of the caller."""
+        """Hide the steps of the ``with`` block, because the caller reports the block as a single step."""
         stream, cls._stream = cls._stream, None
         try:
             yield

@@ -58,7 +58,7 @@ def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None
 
 
 def pip_install(extra: str) -> str:
-    """Return the command that installs the requirements of an extra by name, because this package is not on PyPI."""
+    """Return the command that installs an extra; it lists the required packages, as this package is not on PyPI."""
     from importlib.metadata import PackageNotFoundError, requires
 
     of_extra = re.compile(rf"""\s*(?:;|\band)\s*extra\s*==\s*["']{extra}["']\s*$""")

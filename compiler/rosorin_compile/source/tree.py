@@ -24,7 +24,7 @@ class Instance(NamedTuple):
     prefix: str = ""  # the prefix of names in the part, including the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
-        """Yield the includes, parts and loops around a value, innermost first; of more than 12, omit the middle."""
+        """Yield the includes, parts and loops around a value, innermost first; skip the middle ones of more than 12."""
         steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
@@ -95,7 +95,7 @@ class Map(dict[str, "Any"]):
         return made
 
     def made_by(self, via: Instance | None) -> Map:
-        """Return a copy with another ``via``. It shares the spans of keys, so do not add keys to it."""
+        """Return a copy in which ``via`` is replaced. It shares the spans of keys, so do not add keys to it."""
         made = Map(self.span, via)
         made.update(self)
         made.key_spans, made.value_spans = self.key_spans, self.value_spans
@@ -150,7 +150,10 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return the ``Instance`` of a value: ``own``, or ``outer`` of the parent if several instances share the value."""
+    """Return the ``Instance`` that inserted a value: ``own``, or if that is None, the ``outer`` one of its parent.
+
+    If parts or loop iterations share the value, ``own`` may be a different one of them; then return ``outer``.
+    """
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 
@@ -180,7 +183,8 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 def written_place(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
     """Return where a value is written and, if an alias or a part inserts it elsewhere, the span of that entry.
 
-    ``key`` locates the key instead of the value; ``within`` the key, or the mapping itself if it is defined elsewhere.
+    With ``key``, return the place of the key. With ``within``, do the same, except for a mapping or list that is
+    defined elsewhere.
     """
     reached = follow(tree, path)
     missing, path = reached < len(path), path[:reached]  # locate a missing key at the key of the mapping that lacks it

@@ -64,7 +64,7 @@ class Quantity(float):
     @staticmethod
     @lru_cache(maxsize=1_000)
     def parse(text: str) -> "Quantity | None":
-        """Parse a text such as "12.5 mm". Return None if it is not a number with a known unit."""
+        """Parse text such as "12.5 mm". Return None if it is not a number with a known unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None
         if match is None or unit is None:

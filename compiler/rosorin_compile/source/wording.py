@@ -97,7 +97,7 @@ def hidden_letter(name: str) -> str:
 
 
 def foreign(name: str) -> str:
-    """Return the first letter that looks Latin but is, for example, Cyrillic, in a word with Latin letters, or ''."""
+    """Return the first look-alike letter (such as a Cyrillic "a") in a word with ASCII letters, or an empty string."""
     mixed = (word for word in _WORD.findall(name) if not word.isascii() and any(map(str.isascii, word)))
     return next((letter for word in mixed for letter in word if ord(letter) in LATIN), "")
 
@@ -110,7 +110,7 @@ def in_words(letter: str) -> str:
 
 
 def look(name: str, case: bool = True) -> str:
-    """Return a key that is equal for names that look the same; ``case`` also ignores upper and lower case."""
+    """Return a key that is equal for names that look the same, ignoring upper and lower case if ``case`` is True."""
     if not name.isascii():
         from unicodedata import normalize
 
@@ -135,19 +135,19 @@ def difference(name: str, other: str) -> str:
 
 @lru_cache(maxsize=16)
 def split_lines(text: str) -> list[str]:
-    """Split a text at the line ends that the YAML parser recognizes. The list is cached: do not modify it."""
+    """Split text at the line ends that the YAML parser recognizes. The list is cached: do not modify it."""
     return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 
 def printable(text: str, keep: str = "") -> str:
-    """Escape control characters except those in ``keep``, so that a text cannot send commands to the terminal."""
+    """Escape control characters except those in ``keep``, so that text cannot send commands to the terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def mask_controls(text: str, keep: str = "") -> str:
-    """Replace control characters except those in ``keep`` by question marks, for formats that cannot escape them."""
+    """Replace control characters except those in ``keep`` with question marks, for formats that cannot escape them."""
     return "".join(c if c.isprintable() or c in keep else "?" for c in text)
 
 

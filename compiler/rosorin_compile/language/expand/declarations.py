@@ -1,6 +1,6 @@
 """Declare and check parameters (``args``, ``params``), and check the keys of parts, sensor types and ``use`` entries.
 
-The JSON Schema does not cover them, because it is applied after expansion, which removes them.
+The JSON Schema does not cover these keys: it is applied after expansion, which removes them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,8 +41,8 @@ _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "conten
 class Parameter(NamedTuple):
     """A parameter that ``args`` or ``params`` declares; ``sound`` is False if the declaration has errors.
 
-    ``place`` is where the default (or else the name) was written. ``low`` and ``high`` are the limits ``min`` and
-    ``max``.
+    ``place`` is the position of the default or, if there is none, of the name. ``low`` and ``high`` are the limits
+    ``min`` and ``max``.
     """
 
     name: str
@@ -223,7 +223,7 @@ def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope)
     for section, entries, control in [(*one, control) for one in tables for control in _CONTROLS if control in one[1]]:
         value = entries[control]
         is_control = isinstance(value, (str, bool))
-        if control == "for":  # an entry may also be named "for", and inherit "source" from its file
+        if control == "for":  # may be the name of an entry, to which "source" of the file was copied
             entry: Any = schema()["properties"].get(section, {}).get("additionalProperties", {})
             legal = _USE_KEYS if section == "use" else resolve(entry).get("properties", ())
             is_control = isinstance(value, Map) and bool(value) and ({*value} - {"source"}).isdisjoint(legal)

@@ -180,7 +180,7 @@ class Reader:
         return Path(label(folder / inner))
 
     def packages_of(self, item: Map, by: Path) -> dict[str, Path]:
-        """Map package names to folders for an include; folders from the caller override ``packages`` of the entry."""
+        """Map package names to folders: the key ``packages`` of an include, overridden by folders from the caller."""
         named = item.get("packages")
         folders = named.items() if isinstance(named, Map) else ()
         return {**{name: by.parent / str(folder) for name, folder in folders}, **self.packages}
@@ -223,7 +223,7 @@ class Reader:
         return made
 
     def parts_file(self, name: str) -> Path | None:
-        """Return the path of a parts file, ``FILE`` in the library or ``PACKAGE:FILE``, or None if there is none."""
+        """Return the path of the parts file "FILE" (in the library) or "PACKAGE:FILE", or None if it does not exist."""
         package, colon, file = name.rpartition(":")
         folder = project.python_folder(package) if colon else project.data_folder("parts_library")
         if colon and folder is not None:

@@ -65,7 +65,7 @@ OF_MJCF = ("mjcf", "mjcf_elements")  # keys of the description and of a link wit
 
 
 class IncludedRobot(NamedTuple):
-    """An evaluated ``include`` entry of a robot; ``by`` is the including file, ``via`` marks values that it adds."""
+    """The evaluated ``include`` entry of a robot; ``by`` is the including file, ``via`` the include in messages."""
 
     entry: Map
     scope: Scope
@@ -195,7 +195,7 @@ class IncludedRobots:
             self.diagnostics.append(reported)
 
     def _with_meshes(self, made: Map, include: IncludedRobot) -> Map:
-        """Make the mesh paths of a robot relative to its artifacts; warn about meshes that are not found from there."""
+        """Make the mesh paths of a robot relative to its artifacts; warn if these paths lead to no mesh."""
         entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:
@@ -210,7 +210,7 @@ class IncludedRobots:
         above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
         new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
         homes = {name: [folder for folder in above if files.is_file(folder / found)] for name, found in new.items()}
-        if missed := [name for name in names if homes[name] != [top]]:  # missing there, or also in another folder
+        if missed := [name for name in names if homes[name] != [top]]:  # missing in ``top``, or also in another folder
             message = f"paths of meshes or textures are relative to {file}, not to the artifacts: {first_of(missed, 1)}"
             help = 'write "meshes: FOLDER", relative to the artifacts, or "meshes: package://NAME"'
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)

@@ -43,7 +43,7 @@ class Part(NamedTuple):
 
 
 class Parts:
-    """Look up and instantiate parts; ``library`` maps the name of a parts file to its path, or to None."""
+    """Look up and instantiate parts; ``library`` returns the path of a parts file, or None if it does not exist."""
 
     def __init__(self, own: Any, scope: Scope, library: Callable[[str], Path | None]) -> None:
         self.own = own if isinstance(own, Map) else Map(Span(Source("", ""), 1, 1))
@@ -213,10 +213,10 @@ def _bind(scope: Scope, owner: str, body: Map, entry: Map, user: Place) -> None:
 
 
 class ChangedSensor(Seq):
-    """The Gazebo sensor of a sensor type, changed by a sensor; ``brought`` is the Gazebo sensor before the changes.
+    """The value of the key ``gazebo`` of a sensor, merged with the Gazebo sensor that its sensor type defines.
 
-    If the changes move the Gazebo sensor, the MuJoCo elements of the sensor type move with it. ``brought`` is None if
-    the sensor defines its own MuJoCo elements.
+    ``brought`` is the Gazebo sensor of the type. If the sensor moves it, the MuJoCo elements of the type move with it.
+    ``brought`` is None if the sensor defines MuJoCo elements, which replace those of the type.
     """
 
     __slots__ = ("brought",)

@@ -117,8 +117,6 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 
 
 class _Placer:
-    """Rename, mirror and attach the values of a part, according to the annotations of the schema."""
-
     def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
         self.mirror = None if use.mirror is None else AXES[use.mirror]
@@ -308,7 +306,7 @@ def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
 
 
 def sequence_like(values: Iterable[Any], like: Any) -> Seq:
-    """Return a Seq of values with the source positions of the items of ``like``, or of ``like`` if it is a mapping."""
+    """Return a Seq of values with the source positions of the items of the list ``like``, or of a mapping ``like``."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)
     for index, value in enumerate(values):

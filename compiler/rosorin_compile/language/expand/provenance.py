@@ -38,7 +38,7 @@ _OF_NAMES = ("bad-name", "unknown-link", "unknown-joint", "unknown-name", "unkno
 
 
 class Origin(NamedTuple):
-    """The position where a value was written; ``others`` are further arguments from which it was calculated."""
+    """The position of the argument or named value that determines a value, which also depends on ``others``."""
 
     span: Span
     others: tuple[Span, ...] = ()
@@ -73,8 +73,8 @@ def mistake_place(
 ) -> tuple[Place, tuple[Related, ...]]:
     """Return the place where an error in the value at ``path`` should be reported, and related positions.
 
-    With ``root``, the scope of the description, this is the place of the argument that causes the error. With ``key``
-    or ``within``, it is the place of the key.
+    If an argument causes the error, this is the place of the argument; to find it, pass ``root``, the scope of the
+    description. ``key`` and ``within`` are as in ``written_place``.
     """
     place, use = written_place(tree, path, key, within)
     origin = None

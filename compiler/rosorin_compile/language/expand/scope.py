@@ -120,8 +120,8 @@ class Scope:
 
     ``parent`` is the enclosing scope, ``via`` the part use or loop iteration that created this scope, and ``prefix``
     the prefix of names that parts define in it. ``places`` maps names to positions; ``local`` has the positions of the
-    values of named values and defaults, which, unlike arguments, are evaluated in this scope. ``looped`` has the
-    positions of loop variables.
+    values that are evaluated in this scope: named values and defaults, but not arguments. ``looped`` has the positions
+    of loop variables.
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
@@ -265,7 +265,7 @@ class Scope:
     def report_origin(
         self, rule: str, message: str, place: Place, help: Help, related: Iterable[Related], origin: Origin | None
     ) -> None:
-        """Report an error at ``origin``, or at ``place`` if it is None; report one expression error per origin."""
+        """Report an error at ``origin`` (None: at ``place``), but only the first "expression" error at each origin."""
         stack = tuple(self.via.stack()) if self.via else place.stack()
         uses = origin.related_places(place.span) if origin else ()
         span = origin.span if origin else place.span
@@ -276,7 +276,7 @@ class Scope:
         self.expansion.diagnostics.append(error(rule, message, span, help, [*related, *uses, *stack]))
 
     def count(self, nodes: int, span: Span, via: Instance | None) -> None:
-        """Count new values. Raises EvaluationFailed, after reporting an error, if there are more than the limit."""
+        """Add ``nodes`` to the number of values. If there are too many, report an error and raise EvaluationFailed."""
         self.expansion.nodes += nodes
         Progress.step("expanding parts" if self.expansion.parts else "expanding", self.expansion.parts)
         if self.expansion.nodes > MAX_NODES:

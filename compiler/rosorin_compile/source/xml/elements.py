@@ -108,7 +108,7 @@ def found_in(text: str) -> list[FlatElement]:
 
 
 def kept_text(element: Element, text: str = "") -> Text:
-    """Return the source text of an element, or ``text`` instead, plus the namespace declarations that it needs."""
+    """Return the source text of an element (or ``text`` in its place) plus the namespace declarations that it needs."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -121,7 +121,7 @@ def kept_text(element: Element, text: str = "") -> Text:
 
 
 def indent_lines(text: str, indent: str) -> str:
-    """Indent each line of XML elements by the string ``indent``, or only the first if a value contains line ends."""
+    """Indent the lines of XML elements by the string ``indent``; if a value contains line ends, only the first line."""
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # splitlines() would also split at other characters
     has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))

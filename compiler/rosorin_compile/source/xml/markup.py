@@ -81,7 +81,7 @@ _WORD = re.compile(r"[^ \t\r\n]+")
 
 
 class Word(NamedTuple):
-    """A word of an attribute value or of a text, with its position."""
+    """A word of an attribute value or of text in an element, with its position."""
 
     text: str
     span: Span
@@ -207,7 +207,7 @@ class Document:
         return Span(self.source, line, column + 1, max(1, length))
 
     def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
-        """Split a text into words with positions; ``raw`` is its source, which begins at the offset ``start``.
+        """Split text into words with positions; ``raw`` is the source of the text, at the offset ``start``.
 
         If ``raw`` has entity references, the positions are unknown, and the span of each word is ``whole``.
         """
@@ -238,7 +238,7 @@ def place(element: Element) -> Span:
 
 
 def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the name in ``known`` that ``word`` misspells, or None, also for a word with a prefix (``drake:mass``)."""
+    """Return the name in ``known`` that ``word`` misspells, or None (also if ``word`` has a prefix: ``drake:mass``)."""
     if ":" in word or len(word) < 2:
         return None
     lower = {name.lower(): name for name in known if len(name) > 2}
@@ -338,7 +338,7 @@ class _Reader:
     def characters(self, text: str) -> None:
         if self.open is None or text.isspace():
             return
-        # With buffer_text, expat reports a text after its end: the text begins after the previous item.
+        # With buffer_text, expat reports text only after its end. The text begins where the previous item ends.
         start = self.open.content[-1].end if self.open.content else self.open.opened
         while start < len(self.text) - 1 and self.text[start].isspace():
             start += 1

@@ -122,7 +122,7 @@ def _pose_in(frame: str, link: str, above: Mapping[str, Joint]) -> Pose | None:
 class Frames(NamedTuple):
     """The frames of a sensor's elements: the sensor frame, its optical frame, and the parent link.
 
-    ``turned`` is True if there is no optical frame, so that elements for it are rotated in the sensor frame.
+    If ``turned`` is True, there is no optical frame; elements that need it are rotated in the sensor frame instead.
     """
 
     sensor: str
@@ -189,7 +189,7 @@ def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
         message = f'"count" must be from 1 to {MAX_COPIES:,}, not {entry["count"]}'
         raise LoweringError("wrong-value", message, (*path, "count"), "correct the count")
     step = pose_of_entry(entry)
-    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales the angles: correct for one axis only
+    if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo scales the angles, which is wrong for several axes
         message, help = "copies can only be rotated about one axis", 'rotate the element with its own "rpy"'
         raise LoweringError("wrong-value", message, (*path, "rpy"), help)
     return Replicas(entry["count"], step)

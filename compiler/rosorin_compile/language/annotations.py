@@ -93,7 +93,7 @@ class Node(NamedTuple):
         return self.properties.get(key, self.others)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-        """Yield (key, kind of name, default) for each missing key with a derived default name, such as ``FRAME_joint``."""
+        """Yield (key, kind of name, default) for each missing key with a default name such as ``FRAME_joint``."""
         for key, below in self.properties.items():
             if below is not None and below.otherwise and key not in entry:
                 with suppress(KeyError):  # the default refers to a key that is also missing

@@ -108,7 +108,7 @@ class Explanation(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The requested numbers of a frame, or all numbers of an entry of a section without frames."""
+    """The requested numbers of a frame, or all numbers of an entry that defines no frame."""
 
     name: str
     numbers: tuple[Number, ...]

@@ -32,7 +32,7 @@ class AcceptResult(NamedTuple):
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names by which ``accept`` may refer to an error at a path, such as a joint and its child."""
+    """Return the names by which ``accept`` may refer to an error at a path, such as a joint and its child link."""
     found: tuple[str, ...] = ()
     node, is_final = Node(properties=sections()), False
     value: Any = tree

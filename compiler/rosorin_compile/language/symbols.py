@@ -202,7 +202,7 @@ class SymbolTable:
                     yield from self._in_expressions(item, at, inner)
 
     def spelt(self) -> Iterator[tuple[str, str, Path, bool]]:
-        """Yield the words to check for spelling as (description of the word, word, path, True for a key)."""
+        """Yield (description, word, path, True for a key) of each word to check for spelling mistakes."""
         for node, name, path, key in self._occurrences((SPELT,)):
             if node.spelt and isinstance(name, str):
                 yield node.spelt, name, path, key

@@ -148,7 +148,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
-    """Move an error to the related position that has the unknown name; its old position becomes a related position."""
+    """Move an error to the related position that has the unknown name; list the old position as a related position."""
     span, related = diagnostic.span, diagnostic.related
     if span is None or offered is None:
         return diagnostic
@@ -159,7 +159,7 @@ def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
 
 
 def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
-    """Return the first span that contains a word of ``name`` that is not in ``other``, or None."""
+    """Return the first span at which the source has a word that is in ``name`` but not in ``other``, or None."""
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
         depths = accumulate((letter in "[{") - (letter in "]}") for letter in text)

@@ -176,7 +176,7 @@ def _upwards() -> Iterator[Path]:
 
 
 def homes(path: Path) -> tuple[Path, ...]:
-    """Return the folder of a description and, if its main file is a symlink (colcon), the folder of the target."""
+    """Return the folder of a description and, if its main file is a symlink (as in colcon installs), of the target."""
     here = files.resolve(path.parent)
     with suppress(OSError, RuntimeError):
         if path.is_symlink() and (there := files.resolve(path).parent) != here:

@@ -165,7 +165,7 @@ def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
 
 
 def maker(tree: Map, path: Path) -> Instance | None:
-    """Return the include, part or loop whose variables the expression at a path can use, or None in the main file."""
+    """Return the innermost include, part or loop whose names the expression at a path can use, or None."""
     own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
     return own if near is not None and _is_within(near, own) else near  # parts may share a value

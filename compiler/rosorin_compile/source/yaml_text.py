@@ -27,7 +27,7 @@ class Scalar(str):
 
     __slots__ = ()
 
-    @lru_cache(maxsize=20_000)  # noqa: B019 - a robot repeats keys and values
+    @lru_cache(maxsize=20_000)  # noqa: B019 - most strings occur many times in a file
     def as_text(self, flow: bool) -> str:
         """Write the string on one line, with quotes only if necessary; ``flow`` is True inside [] or {}."""
         has_sign = ": " in self or " #" in self or self.endswith(":") or (flow and any(c in ",[]{}" for c in self))

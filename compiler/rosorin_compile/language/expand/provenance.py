@@ -1,7 +1,7 @@
 """Provenance: find where the value that caused an error was written.
 
 If a part has ``mass: ${m}``, the number was written under ``with`` or ``let``. So an error in an argument, or in a
-value calculated from it, is reported where the argument is. If the error is about the kind of value (unit or type),
+value calculated from it, is reported at the argument. If the error is about the kind of value (unit or type),
 and the argument has the declared kind, it is reported in the part. This module runs only if there are errors.
 """
 

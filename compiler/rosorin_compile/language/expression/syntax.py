@@ -52,7 +52,7 @@ class Literal(NamedTuple):
 
 
 def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
-    """Replace each quantity by a name of equal length; return (text, quantities by (line, column))."""
+    """Replace each quantity with a name of equal length; return (text, quantities by (line, column))."""
     parts: list[str] = []
     found: dict[tuple[int, int], Literal] = {}
     end = 0

@@ -34,7 +34,7 @@ def tree_of(text: str) -> "ElementTree.Element":
 
 
 def canonical(element: "ElementTree.Element") -> str:
-    """Serialize an element such that white space, attribute order, number format and comments have no effect."""
+    """Serialize an element; differences in white space, attribute order, number format and comments have no effect."""
     attributes = "".join(f' {name}="{_words(value)}"' for name, value in sorted(element.items()))
     content = _words(element.text or "") + "".join(canonical(child) + _words(child.tail or "") for child in element)
     return f"<{element.tag}{attributes}{f'>{content}</{element.tag}' if content else '/'}>"

@@ -183,7 +183,7 @@ class Element:
 
 
 class Document:
-    """A parsed XML document: ``root``, and the comments and instructions ``before`` and ``after`` it."""
+    """A parsed XML document: ``root``, and the comments and processing instructions ``before`` and ``after`` it."""
 
     def __init__(self, source: Source) -> None:
         self.source = source

@@ -77,7 +77,7 @@ def sweep_of(robot: Robot, name: str, text: str) -> tuple[float, ...]:
 
 
 def combine_sweeps(start: Positions, sweeps: Mapping[str, Sequence[float]]) -> list[dict[str, Position]]:
-    """Return a copy of ``start`` for each combination of sweep positions, the last joint fastest. Raises RequestError."""
+    """Return a copy of ``start`` with each combination of positions, the last joint fastest. Raises RequestError."""
     count = math.prod(map(len, sweeps.values()))
     if count > MAX_STATES:
         raise RequestError(f"the sweeps have {count:,} states together; {MAX_STATES:,} are the most")

@@ -99,7 +99,7 @@ class _Walk:
                 dimensions = allowed[step]
                 if dimensions is not None and item.dimension not in dimensions:
                     self.misfits.append((steps, item, dimensions))
-            # Imported limits may be as large as 1.8e308, and a rule reports masses that are too large.
+            # Limits and masses may exceed MOST: imported limits may be 1.8e308, and a rule checks masses.
             is_free = "limit" in steps or key == "mass"
             if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and is_free):
                 self.not_finite.append((steps, float(item)))

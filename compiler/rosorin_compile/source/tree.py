@@ -187,7 +187,7 @@ def written_place(tree: Map, path: Path, key: bool = False, within: bool = False
     defined elsewhere.
     """
     reached = follow(tree, path)
-    missing, path = reached < len(path), path[:reached]  # locate a missing key at the key of the mapping that lacks it
+    missing, path = reached < len(path), path[:reached]  # a missing key is reported at the key of its mapping
     place = tree.locate(path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree

@@ -247,7 +247,7 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
     used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
-    if isinstance(outputs, Map):  # templates may use all publishers and modes, options may use modes
+    if isinstance(outputs, Map):  # templates may use any publisher or mode, output options any mode
         templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
         hidden |= {"publisher", "mode"} if templates else set()
         used |= {("mode", word, "") for word in WORD.findall(str(outputs))}

@@ -85,7 +85,7 @@ class Shape(NamedTuple):
 
 
 class Explanation(NamedTuple):
-    """The explanation of a frame: ``chain`` has the transforms from the root, ``others`` those of other nodes."""
+    """The explanation of a frame: ``chain`` has the transforms from the root, ``others`` those by other ROS nodes."""
 
     name: str
     roles: tuple[str, ...]

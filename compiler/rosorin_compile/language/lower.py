@@ -1,6 +1,6 @@
 """Convert an expanded and validated tree to a ``Robot``.
 
-The ``Section`` object of each section, built-in or from a plug-in, converts it; ``Lowering`` is the state of the
+Each section, built-in or from a plug-in, is converted by its ``Section`` object; ``Lowering`` is the state of the
 conversion. ``record_of`` fills each field of a dataclass from the key of the same name, so a new key only needs a new
 field in the model. Errors are reported only if a value cannot be converted; rules check whether the robot makes sense.
 """

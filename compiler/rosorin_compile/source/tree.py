@@ -24,7 +24,7 @@ class Instance(NamedTuple):
     prefix: str = ""  # the prefix of names in the part, including the prefixes of enclosing parts
 
     def stack(self) -> Iterator[Related]:
-        """Yield the includes, parts and loops around a value, innermost first; skip the middle ones of more than 12."""
+        """Yield the includes, parts and loops around a value, innermost first; if there are many, omit some."""
         steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
@@ -150,9 +150,9 @@ class Place(NamedTuple):
 
 
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return the ``Instance`` that inserted a value: ``own``, or if that is None, the ``outer`` one of its parent.
+    """Return the ``Instance`` that inserted a value: ``own`` or, if that is None, ``outer``, which inserted its parent.
 
-    If parts or loop iterations share the value, ``own`` may be a different one of them; then return ``outer``.
+    If several parts or loop iterations share the value, ``own`` may be the wrong one; then return ``outer``.
     """
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
@@ -183,8 +183,8 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 def written_place(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
     """Return where a value is written and, if an alias or a part inserts it elsewhere, the span of that entry.
 
-    With ``key``, return the place of the key. With ``within``, do the same, except for a mapping or list that is
-    defined elsewhere.
+    With ``key``, return the place of the key. With ``within``, do so too, unless the value is a mapping or list that is
+    defined elsewhere: then return the place of the definition.
     """
     reached = follow(tree, path)
     missing, path = reached < len(path), path[:reached]  # a missing key is reported at the key of its mapping

@@ -195,7 +195,7 @@ class IncludedRobots:
             self.diagnostics.append(reported)
 
     def _with_meshes(self, made: Map, include: IncludedRobot) -> Map:
-        """Make the mesh paths of a robot relative to its artifacts; warn if these paths lead to no mesh."""
+        """Make the mesh paths of a robot relative to its artifacts; warn about meshes that are missing there."""
         entry, names = include.entry, relative_files(made)
         file, folder = Path(entry["file"]).name, entry.get("meshes")
         if folder is not None:

@@ -88,7 +88,7 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
                 if joint in positions:
                     lowering("duplicate-name", f'joint "{joint}" has a position and a pulse', path, "remove either one")
                 positions[joint] = group_of[joint].radians(pulse)
-            elif joint not in joints or joints.keys() >= group_of.keys():  # else an unknown joint is reported
+            elif joint not in joints or joints.keys() >= group_of.keys():  # else, a group has an unknown joint
                 help = suggest_name(lowering.tree, path, joint, list(group_of))
                 lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
         base = pose_of_entry(entry["base"]) if "base" in entry else None

@@ -36,7 +36,7 @@ class JointPublishers(NamedTuple):
     turns: tuple[Turn, ...] = ()
 
     def of_optical(self) -> "JointPublishers":
-        """Return the publishers for the optical frame of a sensor; names of static publishers get the suffix ``_optical``."""
+        """Return the publishers of a sensor's optical frame; names of static publishers get the suffix ``_optical``."""
 
         def second(node: Publisher) -> Publisher:
             is_static = node.kind == STATIC_TRANSFORM_PUBLISHER

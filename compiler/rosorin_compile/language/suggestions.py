@@ -362,7 +362,7 @@ def suggest_name(
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:
     """Detect a key of an entry that is not indented enough, so that YAML reads it as another entry of the section.
 
-    Return (name of the entry above, True for its first key) or None. ``fragment`` is the schema of the entries.
+    Return (name of that entry, True if the key directly follows the name) or None; ``fragment`` is the entry's schema.
     """
     section = tree[str(path[0])] if len(path) == 2 else None
     legal = fragment.get("properties", {})

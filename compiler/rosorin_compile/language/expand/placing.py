@@ -306,7 +306,7 @@ def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
 
 
 def sequence_like(values: Iterable[Any], like: Any) -> Seq:
-    """Return a Seq of values; each has the source position of its counterpart in the list ``like`` (or of a mapping)."""
+    """Return a Seq of values with the source positions of the items of ``like`` (of ``like`` itself if a mapping)."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)
     for index, value in enumerate(values):

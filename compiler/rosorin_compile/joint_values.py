@@ -168,8 +168,8 @@ class Pulses:
     """Servo pulses with the resulting joint positions, and the calibration of the servos.
 
     Each group in ``servos`` has one calibration: position = (pulse - zero_pulse) * rad_per_pulse, negated if
-    ``flipped``. For a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` has the joints of the pose that
-    no servo moves.
+    ``flipped``. For a prismatic joint, ``rad_per_pulse`` is in metres. ``without_servo`` has the joints of the pose
+    that no servo moves.
     """
 
     servos: tuple[ServoGroup, ...] = ()

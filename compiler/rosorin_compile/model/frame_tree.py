@@ -66,7 +66,7 @@ def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
 
 
 class Line(NamedTuple):
-    """A line of the printed tree: a frame, and the transform between it and the frame in the line ``on``."""
+    """A line of the printed tree: a frame, and the transform that connects the frame to the frame in line ``on``."""
 
     frame: str
     row: Row | None  # None for a root
@@ -85,7 +85,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
-    more: dict[str, list[Row]] = {}  # rows of further parents and of cycles, by child
+    more: dict[str, list[Row]] = {}  # by child: rows with a further parent, and rows that would close a cycle
     for row in sorted(edges, key=lambda row: not row.published):
         ancestor = row.parent
         while ancestor != row.child and ancestor in into:
@@ -104,7 +104,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}
     drawn: list[Line] = []
     roots = [name for name in names if name not in into and name not in lone]
-    waiting: list[tuple[str, Row | None, int, bool, bool]]  # fields of a line: frame, row, on, last, up
+    waiting: list[tuple[str, Row | None, int, bool, bool]]  # first fields of each ``Line`` to add, but without depth
     waiting = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
     while waiting:
         name, edge, on, last, up = waiting.pop()

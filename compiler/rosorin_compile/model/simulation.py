@@ -127,7 +127,7 @@ class SdfElement:
 
 @dataclass(frozen=True)
 class GazeboSensor:
-    """A ``<sensor>`` of SDF at ``pose`` in ``link``, with Gazebo's axes: a camera looks along x, z is up."""
+    """An SDF ``<sensor>`` at ``pose`` in ``link``, with Gazebo's axes: a camera looks along x, and z is up."""
 
     type: str
     name: str

@@ -37,7 +37,7 @@ _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
     *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
 )
-# Rules that are not reported after an error of one of the mapped rules, which may be the cause.
+# Maps rules to possible causes: a rule is not reported if there is an error of a rule that it is mapped to.
 _FOLLOWING = {
     "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
     "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
@@ -160,7 +160,7 @@ def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> li
 def merge_misspelt(diagnostics: list[Diagnostic], tree: Map) -> list[Diagnostic]:
     """Merge all diagnostics caused by one misspelt name.
 
-    An unknown name is reported once, where it is spelt. If no reference is spelt like the definition, the definition
+    A misspelt name is reported once, where it is written. If no reference is spelt like the definition, the definition
     may be misspelt, so the diagnostic also shows it.
     """
     wrong = {one.rule for one in diagnostics if one.severity == ERROR}

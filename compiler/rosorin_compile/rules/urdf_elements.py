@@ -93,7 +93,7 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """A warning: `urdf_elements` refer to a link, joint or material that does not exist or is not in the URDF."""
+    """A warning: `urdf_elements` names a link, joint or material that does not exist or is not in the URDF."""
     mentions: dict[tuple[str, str], list[tuple[Reference, Path, int]]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}

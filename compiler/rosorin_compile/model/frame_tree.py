@@ -24,7 +24,7 @@ class Row(NamedTuple):
     why: str  # why no node publishes the transform, or ""
     topic: str
     when: str  # condition on modes under which the transform is published, or "" for always
-    first: str  # parent in the first row with this child; further rows are alternatives
+    first: str  # parent in the first row with this child, as there can be several rows
     joint: str = ""  # joint that connects parent and child, or ""
     kind: str = ""  # type of that joint, or ""
 
@@ -74,7 +74,7 @@ class Line(NamedTuple):
     on: int  # index of the line that this line is indented under; -1 for a root
     last: bool  # True for the last line that is indented under line ``on``
     up: bool = False  # True if the frame is a second parent of the frame in line ``on``
-    again: bool = False  # True if ``up`` and another line shows the frame at its regular place
+    again: bool = False  # True if ``up`` is True and the frame also has a regular line
 
 
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
@@ -98,7 +98,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     for row in edges:
         if into.get(row.child) is row:
             children.setdefault(row.parent, []).append(row.child)
-    # Frames that occur only once, as a further parent: the extra line is their only line.
+    # For frames that occur only once, as a further parent, the extra line is the only line.
     parents = Counter(row.parent for rows in more.values() for row in rows)
     in_tree = into.keys() | children.keys() | more.keys()
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}

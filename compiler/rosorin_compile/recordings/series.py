@@ -23,7 +23,7 @@ SECOND = 1_000_000_000
 SLICES = 240  # maximum number of time slices that a recording is divided into
 JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; messages can overtake each other by less
 SIMULATED = 10**8 * SECOND  # ns: earlier stamps (before 1973) are simulation time, which starts at 0
-APART = 60.0  # s: stamps that all differ from their times of arrival by more come from another clock
+APART = 60.0  # s: if all stamps differ from their times of arrival by more, they are from another clock
 
 # To detect that a clock was set, compare three time slices before with three slices after, each at least 0.8 s wide.
 _SLICE, _SIDE = 8 * SECOND // 10, 3

@@ -61,7 +61,7 @@ def checks() -> tuple[Check, ...]:
 
 @cache
 def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic, ...]]:
-    """Return checks of plug-ins that belong to no section, each with its plug-in, and errors about plug-ins."""
+    """Return (plug-in, check) for each plug-in check that belongs to no section, and errors about plug-ins."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
     return loaded, diagnostics
@@ -117,7 +117,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
 
 
 def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge diagnostics about the same value of a part that is used several times, except accepted diagnostics."""
+    """Merge diagnostics about the same value of a part that is used several times, unless ``accept`` suppresses them."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = [related for related in diagnostic.related if related.message == USED]
@@ -132,7 +132,7 @@ def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic
 
 
 def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Drop warnings and notes about numbers that also have an error, unless the error is accepted."""
+    """Drop warnings and notes about numbers that also have an error, unless ``accept`` suppresses the error."""
     causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
     causes = [one for one in causes if not is_accepted(tree, one, acceptable())]
     refused = {one.span for one in causes if one.severity == ERROR}

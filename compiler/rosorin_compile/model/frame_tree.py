@@ -24,7 +24,7 @@ class Row(NamedTuple):
     why: str  # why no node publishes the transform, or ""
     topic: str
     when: str  # condition on modes under which the transform is published, or "" for always
-    first: str  # parent in the first row with this child, as there can be several rows
+    first: str  # parent in the first row with this child; may differ from ``parent`` in later rows
     joint: str = ""  # joint that connects parent and child, or ""
     kind: str = ""  # type of that joint, or ""
 
@@ -104,7 +104,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}
     drawn: list[Line] = []
     roots = [name for name in names if name not in into and name not in lone]
-    waiting: list[tuple[str, Row | None, int, bool, bool]]  # first fields of each ``Line`` to add, but without depth
+    waiting: list[tuple[str, Row | None, int, bool, bool]]  # frame, row, on, last, up of each ``Line`` to add
     waiting = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
     while waiting:
         name, edge, on, last, up = waiting.pop()

@@ -209,7 +209,7 @@ class Transform:
         return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the rotation to ``other`` as (axis, angle): a unit vector, or zero for no rotation, and 0 to pi."""
+        """Return the rotation to ``other`` as (axis, angle): a unit vector (zero for no rotation), and 0 to pi rad."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 

@@ -177,7 +177,7 @@ class Joint:
 
     @property
     def moves_on_tf(self) -> bool:
-        """Whether the transform on /tf changes. It does not if robot_state_publisher publishes a planar joint."""
+        """Whether the transform on /tf changes. robot_state_publisher publishes planar joints as if they were fixed."""
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property

@@ -24,7 +24,7 @@ Positions: TypeAlias = Mapping[str, Position]
 
 
 class NoWay(Exception):
-    """Raised if two frames are not connected, or if poses between them are unknown; ``missing`` has these steps."""
+    """Raised if two frames are not connected, or if the poses of the steps ``missing`` are unknown."""
 
     def __init__(self, source: str, target: str, missing: tuple[Step, ...] = ()) -> None:
         super().__init__(f"no known transform from {source} to {target}")
@@ -34,7 +34,7 @@ class NoWay(Exception):
 class Step(NamedTuple):
     """A connection parent -> child in the graph of frames.
 
-    ``joint`` is None if no joint connects the frames; ``edges`` are the transforms in ``Robot.edges``, one per mode.
+    ``joint`` is None if no joint connects the frames; ``edges`` are the entries of ``Robot.edges`` for these frames.
     """
 
     parent: str

@@ -66,7 +66,7 @@ class Inertial:
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Format the inertia with ``number``, as a list of ixx, iyy, izz, ixy, ixz, iyz.
 
-        ``along``, the inertia along other axes, is formatted instead. If rounding makes it invalid, all digits are kept.
+        With ``along``, the inertia along other axes is formatted. If rounding makes it invalid, all digits are kept.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:

@@ -198,10 +198,10 @@ class _Reader:
         recording.finish(clock)
 
     def _other_clock(self) -> Times | None:
-        """Return matching times of arrival and stamps (2, n), or None if the stamps are from the clock of the recorder.
+        """Return times of arrival and matching times of the other clock (2, n), or None if there is no other clock.
 
-        Clocks differ if the stamps of all topics are far from their times of arrival. If /clock was recorded, half
-        of the topics are enough, because some nodes may run without use_sim_time.
+        Another clock is detected if the stamps of all topics are far from their times of arrival. If /clock was
+        recorded, half of the topics are enough, because some nodes may run without use_sim_time.
         """
         recording, parts = self.recording, dict[str, list[Times]]()
         streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]

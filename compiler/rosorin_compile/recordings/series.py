@@ -108,7 +108,7 @@ class Pace:
 
     @cached_property
     def step(self) -> Step | None:
-        """The largest change of the publisher's clock: a jump when it was set, or a steady drift; None without any.
+        """The largest change of the publisher's clock: a jump (the clock was set) or a steady drift; None if neither.
 
         This compares stamps with times of arrival, using the message with the shortest delay in each time slice.
         The differences before and after the change must be steady, so that growing delays are not reported.
@@ -152,7 +152,7 @@ def _drift(leads: Floats, start: int) -> Step | None:
 
 
 LEAP = 5e-3  # m or rad: smallest change between two messages that may be a change of the publisher
-# Two publishers are likely if _FEWEST or more leaps go back: over the shares _SHARE of messages, _RETURNING of leaps.
+# Two publishers are likely if leaps back exceed this share of all messages and of all leaps, and reach this number.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
 
 Distance = Callable[[Floats, Floats], Floats]

@@ -117,7 +117,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
 
 
 def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge diagnostics about the same value of a part that is used several times, unless ``accept`` suppresses them."""
+    """Merge diagnostics about the same value of a part that is used several times, unless suppressed by ``accept``."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = [related for related in diagnostic.related if related.message == USED]

@@ -130,7 +130,7 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return the largest distance (m) of the shapes from an axis through the origin.
+    """Return the distance (m) from an axis through the origin to the farthest point of the shapes.
 
     ``placed`` has each shape with the pose of its link. Meshes are not supported. The relative error is below 0.004 %.
     """
@@ -153,7 +153,7 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
 
 class Way(NamedTuple):
-    """The distances along a line (m) at which it enters and leaves a solid."""
+    """The distances (m) along a line at which the line enters and leaves a solid."""
 
     enters: float
     leaves: float
@@ -184,7 +184,7 @@ def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
 
 
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:
-    """Return where a line enters and leaves the space between ``-side / 2`` and ``side / 2`` on one coordinate axis."""
+    """Return the (first, last) distance along a line at which ``start + distance * step`` is within +-``side / 2``."""
     half = abs(side) / 2
     if abs(step) < _PARALLEL:
         return _EVERYWHERE if abs(start) < half - _PARALLEL else _NOWHERE

@@ -47,7 +47,7 @@ def is_default(rgba: Sequence[float]) -> bool:
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:
-    """Return a material named LINK_colour for each link with collision shapes but no visual, by link name."""
+    """Map the name of each link with collision shapes but no visual to a material named LINK_colour."""
     names = set(robot.material)
     colours: dict[str, Material] = {}
     for link in robot.links:

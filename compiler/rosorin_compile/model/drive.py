@@ -57,7 +57,7 @@ class Drive:
 
     kind: str  # a key of ``ROLES``
     joints: Mapping[str, tuple[str, ...]]  # joint names by role
-    frame: str = ""  # the base frame, or "" for the root
+    frame: str = ""  # the base frame, or "" for the root link
     radius: float | None = None  # wheel radius (m), or None to use the radii of the wheel shapes
     source: Source = NO_SOURCE
 
@@ -125,7 +125,7 @@ class DriveKinematics:
         return self.kind in SLIDING
 
     def angles(self, twist: Twist) -> dict[str, float]:
-        """Return the steering joint positions (rad, by joint name) for a velocity of the base; zero at rest."""
+        """Return the steering joint positions (rad, by joint name) for a velocity of the base; all are zero at rest."""
         angles = {}
         for axis in self.steering:
             forward, left = twist.vx - twist.wz * axis.y, twist.wz * axis.x
@@ -256,7 +256,7 @@ def steering_of(robot: Robot, drive: Drive, name: str) -> str:
 
 @of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
-    """Return the radius (m) of a wheel from its round collision shapes or else visuals, or None if none is round."""
+    """Return the radius (m) of the round collision shapes of a wheel, else of its round visuals, else None."""
     joint = robot.joint[name]
     below = [(joint.child, Transform())]
     for link, place in below:

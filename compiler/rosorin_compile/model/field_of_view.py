@@ -13,7 +13,7 @@ Data = dict[str, "Any"]
 
 _FLAT = 1e-9  # rad; layers of a lidar whose elevations differ by less are the same layer
 _DIGITS = 12
-_LAYERS = 1000  # maximum number of lidar layers; of a lidar with more layers, evenly spaced layers are shown
+_LAYERS = 1000  # maximum number of lidar layers to show; if a lidar has more, evenly spaced layers are chosen
 _IMAGE = Pose((0.0, 0.0, 0.0), (-math.pi / 2, 0.0, -math.pi / 2))  # optical frame relative to a frame with x forward
 _CAMERA = Pose((0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))  # optical frame relative to a MuJoCo camera (looks along -z)
 _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
@@ -99,7 +99,7 @@ def _of_gazebo(one: GazeboSensor) -> Data | None:
 
 
 def _number(one: GazeboSensor, *path: str) -> float:
-    """Return the number in the first element with these nested tags, which may skip levels, or 0 if it is missing."""
+    """Return the number in the first element that is nested in these tags, at any depth, or 0 if it is missing."""
     elements, value = one.elements, None
     for name in path:
         found = next((element for element in _all(elements) if element.name == name), None)

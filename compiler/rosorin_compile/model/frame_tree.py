@@ -24,7 +24,7 @@ class Row(NamedTuple):
     why: str  # why no node publishes the transform, or ""
     topic: str
     when: str  # condition on modes under which the transform is published, or "" for always
-    first: str  # parent in the first row with this child; further rows are alternatives
+    first: str  # parent in the first row with this child; may differ from ``parent`` in later rows
     joint: str = ""  # joint that connects parent and child, or ""
     kind: str = ""  # type of that joint, or ""
 
@@ -66,7 +66,7 @@ def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
 
 
 class Line(NamedTuple):
-    """A line of the printed tree: a frame, and the transform between it and the frame in the line ``on``."""
+    """A line of the printed tree: a frame, and the transform that connects the frame to the frame in line ``on``."""
 
     frame: str
     row: Row | None  # None for a root
@@ -74,7 +74,7 @@ class Line(NamedTuple):
     on: int  # index of the line that this line is indented under; -1 for a root
     last: bool  # True for the last line that is indented under line ``on``
     up: bool = False  # True if the frame is a second parent of the frame in line ``on``
-    again: bool = False  # True if ``up`` and another line shows the frame at its regular place
+    again: bool = False  # True if ``up`` is True and the frame also has a regular line
 
 
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
@@ -85,7 +85,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
-    more: dict[str, list[Row]] = {}  # rows of further parents and of cycles, by child
+    more: dict[str, list[Row]] = {}  # by child: rows with a further parent, and rows that would close a cycle
     for row in sorted(edges, key=lambda row: not row.published):
         ancestor = row.parent
         while ancestor != row.child and ancestor in into:
@@ -98,13 +98,13 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     for row in edges:
         if into.get(row.child) is row:
             children.setdefault(row.parent, []).append(row.child)
-    # Frames that occur only once, as a further parent: the extra line is their only line.
+    # For frames that occur only once, as a further parent, the extra line is the only line.
     parents = Counter(row.parent for rows in more.values() for row in rows)
     in_tree = into.keys() | children.keys() | more.keys()
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}
     drawn: list[Line] = []
     roots = [name for name in names if name not in into and name not in lone]
-    waiting: list[tuple[str, Row | None, int, bool, bool]]  # fields of a line: frame, row, on, last, up
+    waiting: list[tuple[str, Row | None, int, bool, bool]]  # frame, row, on, last, up of each ``Line`` to add
     waiting = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
     while waiting:
         name, edge, on, last, up = waiting.pop()

@@ -93,7 +93,7 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     """Return unit vectors along the x and y axes of a planar joint's plane, in the frame of the joint.
 
-    The shortest rotation from z to the normal maps x and y to these vectors, as in MuJoCo. Raises ValueError for zero.
+    The shortest rotation from z to the normal maps x and y to them, as in MuJoCo. Raises ValueError for a zero vector.
     """
     x, y, z = unit(normal)
     across = math.hypot(x, y)
@@ -209,7 +209,7 @@ class Transform:
         return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the rotation from this to ``other``: unit vector of the axis (zero if equal), angle (rad, 0 to pi)."""
+        """Return the rotation to ``other`` as (axis, angle): a unit vector (zero for no rotation), and 0 to pi rad."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 

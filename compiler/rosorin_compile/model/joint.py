@@ -120,7 +120,7 @@ class SafetyController:
 
 @dataclass(frozen=True)
 class Publisher:
-    """The node that publishes a transform on /tf or /tf_static."""
+    """The ROS node that publishes a transform on /tf or /tf_static."""
 
     kind: str  # ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE or UNPUBLISHED
     name: str = ""  # name of the ROS node
@@ -177,7 +177,7 @@ class Joint:
 
     @property
     def moves_on_tf(self) -> bool:
-        """Whether the published transform changes. robot_state_publisher treats planar joints as fixed."""
+        """Whether the transform on /tf changes. robot_state_publisher publishes planar joints as if they were fixed."""
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property

@@ -24,7 +24,7 @@ Positions: TypeAlias = Mapping[str, Position]
 
 
 class NoWay(Exception):
-    """Raised if two frames are not connected, or if the poses of ``missing`` steps between them are unknown."""
+    """Raised if two frames are not connected, or if the poses of the steps ``missing`` are unknown."""
 
     def __init__(self, source: str, target: str, missing: tuple[Step, ...] = ()) -> None:
         super().__init__(f"no known transform from {source} to {target}")
@@ -34,7 +34,7 @@ class NoWay(Exception):
 class Step(NamedTuple):
     """A connection parent -> child in the graph of frames.
 
-    ``joint`` is None if only other nodes publish the transform; ``edges`` are their transforms in different modes.
+    ``joint`` is None if no joint connects the frames; ``edges`` are the entries of ``Robot.edges`` for these frames.
     """
 
     parent: str
@@ -44,7 +44,7 @@ class Step(NamedTuple):
 
     @property
     def pose(self) -> Pose | None:
-        """The pose that other nodes publish, or None if it is unknown or depends on the mode."""
+        """The pose in ``edges``, or None if it is unknown or depends on the mode."""
         poses = {edge.pose for edge in self.edges}
         return next(iter(poses)) if len(poses) == 1 else None
 
@@ -78,7 +78,7 @@ class Move(NamedTuple):
 
 
 class Graph:
-    """The graph of all frames of a robot, including frames that other nodes publish."""
+    """The graph of all frames of a robot: links, and frames that occur only in ``Robot.edges``."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
@@ -155,7 +155,7 @@ class Kinematics:
     def all_frames(
         self, base: str, positions: Mapping[str, ArrayLike], frames: Iterable[str] | None = None
     ) -> dict[str, Transforms]:
-        """Return the pose of each frame in ``base`` (see ``transforms``), by default of all reachable frames."""
+        """Return the pose in ``base`` of each of ``frames`` (default: all reachable frames); see ``transforms``."""
         np = self.np
         count, states = self._states(positions)
         if frames is None:

@@ -19,7 +19,7 @@ from .simulation import Attachment, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Declare a dataclass field for some formats only; ``formats`` maps each format to its attribute name."""
+    """Declare a dataclass field that only some formats support; ``formats`` maps these to their attribute names."""
     return field(default=default, metadata={"formats": formats})
 
 
@@ -64,9 +64,9 @@ class Inertial:
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
     def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
-        """Format the inertia with ``number``, in the order ixx, iyy, izz, ixy, ixz, iyz.
+        """Format the inertia with ``number``, as a list of ixx, iyy, izz, ixy, ixz, iyz.
 
-        ``along`` is the same inertia along other axes. If rounding would make it invalid, all digits are printed.
+        With ``along``, the inertia along other axes is formatted. If rounding makes it invalid, all digits are kept.
         """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
         if number is not short:
@@ -155,7 +155,7 @@ def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
     """Combine inertials of bodies that are fixed to each other.
 
     ``parts`` has each inertial with the pose of its link in a common frame. A single inertial keeps its axes; several
-    are combined along the axes of that frame. Raises ValueError for an empty sequence, or if a number overflows.
+    are combined along the axes of the common frame. Raises ValueError for an empty sequence, or if a number overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")

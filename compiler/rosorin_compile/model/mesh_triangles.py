@@ -66,7 +66,7 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Load the mesh of ``shape``: (link, "visual" or "collision", index). Return a warning if this fails."""
+        """Load the mesh of a shape, identified by (link, "visual" or "collision", index), or return a warning."""
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
         message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"

@@ -338,7 +338,7 @@ class Robot:
         return rows(self)
 
     def joint_edges(self) -> list[Edge]:
-        """Return the transforms of joints, without simulation-only links and mode-dependent publishers."""
+        """Return the transforms of joints, except those to simulation-only links or with a mode-dependent publisher."""
         joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
         joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.mode_dependent_edges]
         ends = ((joint, self.publisher_of(joint)) for joint in joints)
@@ -351,7 +351,7 @@ class Robot:
 
     @cached_property
     def unmeasured_joints(self) -> tuple[Joint, ...]:
-        """The moving joints of robot_state_publisher whose position no <ros2_control> block reports.
+        """The moving joints that robot_state_publisher publishes, but whose position no <ros2_control> block reports.
 
         Empty if no block reports any position, or if the robot has no controllers.
         """
@@ -366,7 +366,7 @@ class Robot:
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints in the URDF: those of robot_state_publisher, and those with several coordinates."""
+        """Return the joints in the URDF, which robot_state_publisher publishes or which have several coordinates."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 

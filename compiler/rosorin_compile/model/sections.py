@@ -42,13 +42,13 @@ class Section(Generic[T]):
     """
 
     name: str
-    entry: type[Any] = object  # dataclass with a field (SI units) per key; a ``Pose`` is for keys ``xyz`` and ``rpy``
+    entry: type[Any] = object  # dataclass: a field (SI units) for each key, a ``Pose`` for ``xyz`` with ``rpy``
     schema: Schema = field(default_factory=dict)  # JSON Schema draft 7 with annotations (docs/extend.md)
     form: str = ENTRIES  # ENTRIES, ITEMS or ONE
     adds: Adds | None = None  # returns a robot with additions, such as links, from the value of the section
     checks: tuple[Check | str, ...] = ()  # functions with ``@rule``, or names of modules with such functions
     lower: Lower | None = None  # lower(tree, problem) -> value; call problem(rule, message, path, help) for an error
-    # For built-in sections: return (and check) XML elements for URDF outputs with an option named after the section.
+    # For built-in sections: functions that return and check XML elements for URDF outputs with the option ``name``.
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 

@@ -74,7 +74,7 @@ def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
 
 
 def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
-    """Return the position (rad or m) of a pulse. Raises NoPulse, which names ``joint``, if the pulse is invalid."""
+    """Return the position (rad or m) of a pulse. Raises NoPulse, naming ``joint``, if the pulse is out of range."""
     low, high = group.pulse_range
     if not isinstance(pulse, Integral) or not low <= pulse <= high:
         raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: pulses are whole numbers from {low} to {high}")
@@ -82,7 +82,7 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
 
 
 def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
-    """Return the pulse nearest to a position (rad or m). Raises NoPulse, which names ``joint``, if out of range."""
+    """Return the pulse nearest to a position (rad or m). Raises NoPulse, naming ``joint``, if it is out of range."""
     (low, high), (first, last), exact = group.pulse_range, travel(group), group.exact_pulse(position)
     if not low - 0.5 <= exact <= high + 0.5:
         span = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"

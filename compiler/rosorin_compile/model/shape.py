@@ -77,7 +77,7 @@ GROUNDED = "grounded"  # like ROWS, but each box extends down to z = 0, even if 
 
 @dataclass(frozen=True)
 class HeightMap:
-    """A body as heights (m) above z = 0 on a grid of square cells; cells with height 0 are empty.
+    """A body defined by heights (m) above z = 0 on a grid of square cells; cells with height 0 are empty.
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. The tops of boxes are
     rounded up to multiples of ``step``. ``bottom`` is the lower end of the body (m): a number for all cells, or a grid
@@ -157,7 +157,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
 
 
 def plain(geometry: Geometry) -> Geometry:
-    """Replace a geometry that URDF 1.0 lacks: a capsule by a cylinder, an ellipsoid by a box."""
+    """Replace a geometry that URDF 1.0 lacks: a capsule with a cylinder, an ellipsoid with a box."""
     if isinstance(geometry, Capsule):
         return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
     if isinstance(geometry, Ellipsoid):
@@ -213,7 +213,7 @@ class Shape:
         return self.move(Transform())
 
     def drawn(self) -> tuple[Shape, ...]:
-        """Return the shapes to draw: a height map with a bottom above 0 is moved up or split into boxes."""
+        """Return the shapes to draw: a height map with a bottom above 0 becomes boxes or a raised height map."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)

@@ -22,7 +22,7 @@ class Actuator:
 
     type: str = POSITION
     name: str = ""  # "" to use the name of the actuated joint
-    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # driven elements by attribute ("tendon", ...)
+    targets: Mapping[str, str] = field(default_factory=dict, hash=False)  # driven element, such as {"tendon": NAME}
     kp: float | None = None  # N*m/rad or N/m
     kv: float = 0.0  # N*m*s/rad or N*s/m
     damping_ratio: float = 0.0
@@ -127,7 +127,7 @@ class SdfElement:
 
 @dataclass(frozen=True)
 class GazeboSensor:
-    """A ``<sensor>`` of SDF at ``pose`` in ``link``, with Gazebo's axes: a camera looks along x, z is up."""
+    """An SDF ``<sensor>`` at ``pose`` in ``link``, with Gazebo's axes: a camera looks along x, and z is up."""
 
     type: str
     name: str

@@ -92,7 +92,7 @@ class _Bag:
         return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
     def messages(self, known: dict[int, Topic], start: int | None, end: int | None) -> Iterator[tuple[Topic, int, Any]]:
-        """Yield (topic, time of arrival in ns, message); ``known`` maps the ids of connections to topics to read."""
+        """Yield (topic, time of arrival in ns, message); ``known`` has the requested topics by connection id."""
         connections = [connection for connection in self.reader.connections if connection.id in known]
         if not connections:  # an empty list would select all topics
             return
@@ -198,10 +198,10 @@ class _Reader:
         recording.finish(clock)
 
     def _other_clock(self) -> Times | None:
-        """Return times of arrival and stamps (2, n) to convert between clocks, or None if both use the same clock.
+        """Return times of arrival and matching times of the other clock (2, n), or None if there is no other clock.
 
-        The clocks differ if the stamps of all topics are far from their times of arrival. If /clock was recorded, half
-        of the topics are enough, because some nodes may run without use_sim_time.
+        Another clock is detected if the stamps of all topics are far from their times of arrival. If /clock was
+        recorded, half of the topics are enough, because some nodes may run without use_sim_time.
         """
         recording, parts = self.recording, dict[str, list[Times]]()
         streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]

@@ -124,7 +124,7 @@ class Description:
 
     @cached_property
     def joint_names(self) -> frozenset[str]:
-        """The joints that /joint_states should contain: moving joints of robot_state_publisher, except mimic joints."""
+        """The joints that /joint_states should contain: those that robot_state_publisher needs, except mimic joints."""
         return frozenset(self.leader(joint) for joint in self.robot.published_by(ROBOT_STATE_PUBLISHER) if joint.moves)
 
     def leader(self, joint: Joint) -> str:

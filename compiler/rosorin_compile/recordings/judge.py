@@ -274,7 +274,7 @@ def _ahead(leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _sensors(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield findings for each frame_id that is unknown, available too late, or not available at the stamp."""
+    """Yield findings for each frame_id that is unknown, available too late, or missing at the time of a stamp."""
     failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:

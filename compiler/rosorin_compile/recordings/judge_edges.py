@@ -95,7 +95,7 @@ def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterato
 
 
 def _not_published(recording: Recording, series: Series) -> Diagnostic | None:
-    """Return a finding if the description has no publisher for a recorded edge in these modes, or None."""
+    """Return a finding if the description limits a recorded edge to other modes or declares it unpublished, or None."""
     description = recording.description
     conditions = [edge.when for edge in description.edges if edge.child == series.child]
     message, help = f"{series.name} was published, but ", "look what --mode says, and what runs"
@@ -149,7 +149,7 @@ def leaps_text(leaps: Leaps) -> str:
 class Way(NamedTuple):
     """A combination of modes with its expected edges, and the differences of the recording.
 
-    ``others`` has (recorded edge, expected edge) for each frame with an edge of other modes; ``text`` names the modes.
+    ``others`` has (recorded edge, expected edge) for recorded edges of other modes; ``text`` describes ``modes``.
     """
 
     modes: Mapping[str, bool]

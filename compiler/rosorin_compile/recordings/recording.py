@@ -37,7 +37,7 @@ class Rows:
         return np.asarray(np.frombuffer(self._times, np.int64).reshape(-1, 2).T, np.int64)
 
     def messages(self, clock: Times | None) -> Messages:
-        """Return the messages; ``clock`` (2, n), if any, has times of arrival (ns) and times of another clock."""
+        """Return the messages. ``clock`` (2, n; ns), if not None, maps times of arrival to times of another clock."""
         received, stamps = self.times
         received = received if clock is None else np.interp(received, *clock).astype(np.int64)
         return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), self._width))
@@ -126,7 +126,7 @@ class Recording:
     def frame(self, name: str) -> str:
         """Convert a recorded frame_id to the name in the description: remove a leading "/" and the option ``prefix``.
 
-        If the name of a link lacks the prefix, return "NAME without PREFIX", because the frame is of another robot.
+        If a link name lacks the prefix, return "NAME without PREFIX", because the frame belongs to another robot.
         """
         name, prefix = name.removeprefix("/"), self.description.options.prefix
         if prefix and not name.startswith(prefix) and name in self.description.robot.link:
@@ -134,7 +134,7 @@ class Recording:
         return name.removeprefix(prefix)
 
     def tree_frame(self, name: str) -> str:
-        """Convert the frame_id of a transform like ``frame``, and add the recorded name to ``tree_frames``."""
+        """Convert the frame_id of a transform as ``frame`` does, and add the recorded name to ``tree_frames``."""
         self.tree_frames.add(name.removeprefix("/"))
         return self.frame(name)
 
@@ -155,7 +155,7 @@ class Recording:
     def finish(self, clock: Times | None = None) -> None:
         """Compute ``series``, ``joints`` and ``uses`` after all messages are added.
 
-        ``clock`` (2, n), if any, has times of arrival (ns, ascending) and the same times on another clock.
+        ``clock`` (2, n; ns), if not None, maps times of arrival (first row, ascending) to times of another clock.
         """
         pace = Pace(*self.states.messages(clock)[:2], self.start, self.timed)
         states = {name: rows.messages(clock) for name, rows in self.positions.items()}

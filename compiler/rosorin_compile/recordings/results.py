@@ -111,7 +111,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
 
 def value_rule(described: Transform, recorded: Transform) -> str:
-    """Return the id of the rule for a wrong transform: ``mounted-backwards`` for a half turn about z."""
+    """Return the rule id for a wrong transform: ``mounted-backwards`` (a half turn about z) or ``edge-wrong-value``."""
     axis, angle = described.turn_to(recorded)
     return "mounted-backwards" if abs(angle - math.pi) <= _NEAR and _main_axis(axis) == "z" else "edge-wrong-value"
 
@@ -164,7 +164,7 @@ class RecordedJoint:
 
 @dataclass(frozen=True)
 class Lookup:
-    """Results of tf2 lookups of ``target`` that are simulated for each message, at its stamp and when it arrives."""
+    """Results of simulated tf2 lookups of ``target``: one per message, when it arrives, at the time of its stamp."""
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]

@@ -23,7 +23,7 @@ SECOND = 1_000_000_000
 SLICES = 240  # maximum number of time slices that a recording is divided into
 JUMP = SECOND // 10  # ns: a larger decrease of the stamp is a jump; messages can overtake each other by less
 SIMULATED = 10**8 * SECOND  # ns: earlier stamps (before 1973) are simulation time, which starts at 0
-APART = 60.0  # s: stamps that all differ from their times of arrival by more come from another clock
+APART = 60.0  # s: if all stamps differ from their times of arrival by more, they are from another clock
 
 # To detect that a clock was set, compare three time slices before with three slices after, each at least 0.8 s wide.
 _SLICE, _SIDE = 8 * SECOND // 10, 3
@@ -36,7 +36,7 @@ _BEYOND = 1e-6
 
 
 class Gap(NamedTuple):
-    """A pause between messages, with its start (ns), or the age of a transform, with the time of observation (ns)."""
+    """A duration and a time (ns): a pause and its start, or the age of the newest data and when it had this age."""
 
     seconds: float = 0.0
     at: int = 0
@@ -90,7 +90,7 @@ class Pace:
     def alternates(self) -> bool:
         """Return True if the stamps look like those of two publishers with the same rate.
 
-        In this case the time between stamps varies, but the time from a stamp to the second next one is constant.
+        In this case, the time between successive stamps varies, but the time between every other stamp is constant.
         """
         one, two = np.diff(self.stamps) / SECOND, (self.stamps[2:] - self.stamps[:-2]) / SECOND
         if len(one) < 20 or one.sum() <= 0:
@@ -98,7 +98,7 @@ class Pace:
         return bool(one.var() > (0.15 * one.mean()) ** 2 and two.var() < 0.1 * one.var())
 
     def oldest_until(self, end: int) -> Gap:
-        """Return the largest age that the newest message had until the end (ns) of the recording."""
+        """Return the maximum age of the latest data at any time up to the end (ns) of the recording, as a Gap."""
         rest = (end - self.newest) / SECOND
         return Gap(rest, end) if rest > self.oldest.seconds else self.oldest
 
@@ -108,7 +108,7 @@ class Pace:
 
     @cached_property
     def step(self) -> Step | None:
-        """The time when the clock of the publisher was set (the largest change), else its drift, else None.
+        """The largest change of the publisher's clock: a jump (the clock was set) or a steady drift; None if neither.
 
         This compares stamps with times of arrival, using the message with the shortest delay in each time slice.
         The differences before and after the change must be steady, so that growing delays are not reported.
@@ -152,7 +152,7 @@ def _drift(leads: Floats, start: int) -> Step | None:
 
 
 LEAP = 5e-3  # m or rad: smallest change between two messages that may be a change of the publisher
-# Two publishers are likely if at least _FEWEST leaps, _SHARE of messages and _RETURNING of leaps return to old values.
+# Two publishers are likely if leaps back exceed this share of all messages and of all leaps, and reach this number.
 _SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
 
 Distance = Callable[[Floats, Floats], Floats]
@@ -165,7 +165,7 @@ def _max_difference(one: Floats, other: Floats) -> Floats:
 class Leaps:
     """Signs of two publishers: leaps back to an earlier value, and different values with the same stamp.
 
-    ``values`` (n, k) are in order of arrival. A leap is a ``distance`` above ``leap`` between successive values.
+    ``values`` (n, k) are in order of arrival. Successive values whose ``distance`` exceeds ``leap`` are a leap.
     """
 
     def __init__(self, stamps: Times, values: Floats, distance: Distance = _max_difference, leap: float = LEAP) -> None:

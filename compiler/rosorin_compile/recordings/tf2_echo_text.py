@@ -88,7 +88,7 @@ class _TextReader:
             kind = str(item.lastgroup)
             if kind == "topic":
                 words = [word for word in item["words"].split() if not word.startswith("-")]
-                words.sort(key=lambda word: not word.startswith("/"))  # other words may be values of options
+                words.sort(key=lambda word: not word.startswith("/"))  # other words may be option values
                 self.topic = words[0] if words else ""
             elif kind == "question":  # a command line; the next lines are its output
                 if self.blocks:

@@ -171,7 +171,7 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
-    """Create a record with fields from ``values`` or else attributes of ``sources``; replace inf and nan by None."""
+    """Create a record with fields from ``values`` or else attributes of ``sources``; replace inf and nan with None."""
     for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
         value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
         values[name] = None if isinstance(value, float) and not math.isfinite(value) else value

@@ -19,12 +19,12 @@ LIGHTEST = 1.0  # kg/m^3: air has 1.2, usable aerogels more than 3
 LIGHTEST_INERTIA = 0.05  # kg/m^3: SDF's default inertia (1 kg*m^2 for 1 kg) implies 0.06
 FOAM = 25.0  # kg/m^3: lower densities are probably in g/cm^3, because foam has 20 to 200 kg/m^3 and cork 240
 ROUGHLY = 1.5  # factor that allows for rounded sizes and for shapes that omit small parts such as a flange
-ROUGH_INERTIA = 2.0  # factor that allows for moments with one digit, whose error is amplified in the implied density
+ROUGH_INERTIA = 2.0  # factor, because densities are computed from differences of moments, which may have one digit
 LESS_THAN_SEEN = 10.0  # factor, because collision shapes may be smaller than the link, such as a sphere under a foot
 NO_SHAPE = 0.005  # m: in a link with meshes, primitive shapes up to this size are placeholders
 NO_MASS = 0.001  # kg: masses up to this are often placeholders for engines that require a mass
 BEYOND = 2.0  # factor for rough shapes; a radius of gyration is at most the distance to the farthest point of a body
-OUTSIDE = 0.7  # fraction of the diagonal of the shapes: even counterweights without a shape are closer
+OUTSIDE = 0.7  # fraction of the diagonal of the shapes; even with hidden counterweights, the centre is closer
 FLATTEST = 0.01  # ratio of squared semi-axes: the inertia of flatter bodies may have been printed with too few digits
 ROUNDING = 1e-9  # relative to the largest moment: rounding error of the description and of the eigenvalues
 # If a larger share of the moving links lacks mass or collision shapes, the omission is intended.

@@ -89,7 +89,7 @@ class Case:
     def edge(self, index: int, key: str) -> Path:
         """Return the path of a key ("parent", "child", "publisher" or "when") of ``robot.edges[index]``.
 
-        A transform from a joint's list of publishers has the path of ``by`` or ``when`` in the entry of that list.
+        For a transform in a joint's list of publishers, return the path of ``by`` or ``when`` in the list entry.
         """
         turn = self.places.get(("edge", str(index)))
         if turn is None:

@@ -37,7 +37,7 @@ _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
     *("mimic-beyond-limit", "pose-beyond-limit", "size-implausible"),
 )
-# Rules that are not reported after an error of one of the mapped rules, which may be the cause.
+# Maps rules to possible causes: a rule is not reported if there is an error of a rule that it is mapped to.
 _FOLLOWING = {
     "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
     "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
@@ -61,7 +61,7 @@ def checks() -> tuple[Check, ...]:
 
 @cache
 def plugin_checks() -> tuple[tuple[tuple[Plugin, Check], ...], tuple[Diagnostic, ...]]:
-    """Return checks of plug-ins that belong to no section, each with its plug-in, and errors about plug-ins."""
+    """Return (plug-in, check) for each plug-in check that belongs to no section, and errors about plug-ins."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
     return loaded, diagnostics
@@ -117,7 +117,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
 
 
 def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge diagnostics about the same value of a part that is used several times, except accepted diagnostics."""
+    """Merge diagnostics about the same value of a part that is used several times, unless suppressed by ``accept``."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = [related for related in diagnostic.related if related.message == USED]
@@ -132,7 +132,7 @@ def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic
 
 
 def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Drop warnings and notes about numbers that also have an error, unless the error is accepted."""
+    """Drop warnings and notes about numbers that also have an error, unless ``accept`` suppresses the error."""
     causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
     causes = [one for one in causes if not is_accepted(tree, one, acceptable())]
     refused = {one.span for one in causes if one.severity == ERROR}
@@ -160,7 +160,7 @@ def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> li
 def merge_misspelt(diagnostics: list[Diagnostic], tree: Map) -> list[Diagnostic]:
     """Merge all diagnostics caused by one misspelt name.
 
-    An unknown name is reported once, where it is spelt. If no reference is spelt like the definition, the definition
+    A misspelt name is reported once, where it is written. If no reference is spelt like the definition, the definition
     may be misspelt, so the diagnostic also shows it.
     """
     wrong = {one.rule for one in diagnostics if one.severity == ERROR}

@@ -86,7 +86,7 @@ def sight(case: Case) -> Iterator[Diagnostic]:
     """A warning: a shape of the robot close to the sensor blocks nearly all rays of a lidar or nearly all of an image.
 
     The sensor is inside or close to a shape of another link that is fixed relative to it. Meshes are not checked, nor
-    is the housing: the link of the sensor and links that carry nothing else.
+    is the housing: the link of the sensor, and links that carry only the sensor.
     """
     robot = case.robot
     for sensor in robot.sensors if robot.is_tree else ():

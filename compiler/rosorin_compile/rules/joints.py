@@ -107,7 +107,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
 
 
 def _orphans(case: Case) -> list[str]:
-    """Return the links without a parent if a joint names a wrong child, which then has two parents, else []."""
+    """Return links that have no parent, probably because a joint names a wrong child, which then has two parents."""
     robot = case.robot
     doubles = [joints for joints in _children(robot).values() if len(joints) > 1]
     roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]

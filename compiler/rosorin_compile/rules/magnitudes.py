@@ -121,7 +121,7 @@ def _suspect(case: Case, path: Path, value: float) -> str:
 
 @Check
 def turns(case: Case) -> Iterator[Diagnostic]:
-    """Warn about angles in ``rpy`` without a unit that are multiples of 0.5 and between a half and a full turn."""
+    """Warn about angles in ``rpy`` that look like degrees: no unit, a multiple of 0.5, over half a turn in radians."""
     poses = [(joint.origin, case.joint(joint)) for joint in case.robot.joints]
     poses += [(one.inertial.pose, case.link(one.name, "inertial")) for one in case.robot.links if one.inertial]
     poses += [(shape.pose, path) for _, path, shape in case.shapes()]
@@ -154,7 +154,7 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
 
 @rule("velocity-looks-like-degrees", help="Write `300 deg/s`.", topic=JOINTS, accept="joint", imported="always")
 def speeds(case: Case) -> Iterator[Diagnostic]:
-    """A warning: the velocity limit of a revolute joint has no unit, is very high and is a multiple of 15."""
+    """A warning: the velocity limit of a revolute joint looks like deg/s (no unit, very high, a multiple of 15)."""
     for joint in case.robot.joints:
         velocity = joint.limit.known_value("velocity") if joint.limit is not None else None
         path = case.joint(joint, "limit", "velocity")
@@ -181,7 +181,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
 
 @rule("stand-in", help="Measure it, and change its `source`.", topic=OUTPUTS)
 def stand_ins(case: Case) -> Iterator[Diagnostic]:
-    """A note: a value is a stand-in that has not been measured; entries with the same note are reported together."""
+    """A note: a value is a stand-in that has not been measured; entries with the same `note` are reported together."""
     by_note: dict[str, list[Path]] = {}
     for path, entry in case.remarkable["stand_ins"]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)

@@ -30,7 +30,7 @@ _DRIVE = re.compile(r"[A-Za-z]:")
 @rule("unknown-backend", "There is no backend of this name.", "Correct it, or use `template`.", OUTPUTS)
 @rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
 def backends(case: Case) -> Iterator[Diagnostic]:
-    """Report unknown formats and options, and the problems that the formats find in their outputs."""
+    """Report unknown formats and options, and the problems that the checks of each format find."""
     is_placed = all(any(joint.axis) for joint in case.robot.joints if joint.moves)  # computing poses requires axes
     for output in case.robot.outputs:
         format = case.formats.get(output.backend)

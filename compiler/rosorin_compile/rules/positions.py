@@ -33,7 +33,7 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
 @rule("mimic-beyond-limit", "A warning: a follower exceeds its limits.", "Correct `mimic`.", JOINTS, "joint", "always")
 def within_limits(case: Case) -> Iterator[Diagnostic]:
-    """Report positions, velocities and efforts beyond joint limits; ``x-within`` marks such values in the schema."""
+    """Report positions, velocities and efforts beyond joint limits: values that the schema marks with ``x-within``."""
     for section, node in sections().items():
         for id, path, name, value in _bounded(node, case.tree.get(section), (section,), ""):
             joint = case.robot.joint.get(name)
@@ -159,7 +159,7 @@ def _motionless(case: Case, joint: Joint, path: Path, what: str, key: bool = Fal
 
 @rule("two-servos", "A joint is in two servo groups.", "Remove the joint from one of them.", POSES)
 def groups(case: Case) -> Iterator[Diagnostic]:
-    """Report servos of joints that have no single position, and joints in two servo groups."""
+    """Report servos of joints that are fixed or have several coordinates, and joints in two servo groups."""
     taken: dict[str, Path] = {}
     order = list(case.section("servos"))
     for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
@@ -196,7 +196,7 @@ def scales(case: Case) -> Iterator[Diagnostic]:
 @rule("mimic-fixed", "A joint without a position follows or leads.", "Use a moving joint.", JOINTS, "joint", "always")
 @rule("mimic-cycle", "Joints follow each other in a circle.", "Remove `mimic` from one of these joints.", JOINTS)
 def leaders(case: Case) -> Iterator[Diagnostic]:
-    """Report mimic joints whose leader is missing, has no single position, or is part of a loop."""
+    """Report mimic joints that form a loop, or whose leader is missing, fixed, or a joint with several coordinates."""
     robot = case.robot
     for joint in (joint for joint in robot.joints if joint.mimic):
         path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""

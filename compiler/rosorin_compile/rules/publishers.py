@@ -113,7 +113,7 @@ class Step(NamedTuple):
 
     @property
     def is_silent(self) -> bool:
-        """Whether the transform is that of a joint that no node publishes, at least under the condition ``when``."""
+        """Whether this is the transform of a joint that no node publishes while the condition ``when`` holds."""
         return self.publisher.kind == UNPUBLISHED and self.joint != ""
 
     @property
@@ -125,7 +125,7 @@ class Step(NamedTuple):
 
 
 def all_steps(case: Case, legal: bool = True) -> list[Step]:
-    """Return the transforms of all joints, then of ``Robot.edges``, by default without invalid conditions."""
+    """Return the transforms of joints and of ``Robot.edges``; with ``legal``, omit those with invalid conditions."""
     joints = case.robot.joints
     steps = [Step(one.parent, one.child, one.publisher, one.name, "", None, case.end(one, "parent")) for one in joints]
     for index, one in enumerate(case.robot.edges):
@@ -354,7 +354,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 @rule("split-urdf", help="Let robot_state_publisher publish this joint, or none of the joints below it.", topic=FRAMES)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
-    """The URDF would have two roots, because another node publishes a joint between them."""
+    """The URDF would have two roots, because a node other than robot_state_publisher publishes a joint between them."""
     if not case.robot.is_tree or not case.outputs_read_by(ROBOT_STATE_PUBLISHER):
         return
     main, *others = _urdf_roots(case) or [""]
@@ -396,7 +396,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
-    """Report links that are cut off from the tree in some modes: a frame changes its parent (rule split-tf)."""
+    """Report links that are cut off from the tree in some modes, because a frame changes its parent (rule split-tf)."""
     published, silent = steps_in_modes(case)
     modes = modes_in(case.robot, [step.when for step in (*published, *silent)])
     if not case.robot.is_tree or not modes:

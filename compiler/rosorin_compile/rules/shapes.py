@@ -147,7 +147,7 @@ def _is_world(robot: Robot, name: str) -> bool:
 
 
 def longest(shape: Shape) -> tuple[Path, float, float]:
-    """Return the longest side of a shape: (path, size in m, number in the description); zeros for a mesh."""
+    """Return the longest side of a shape: (path, size in m, number at the path, such as a radius); zeros for a mesh."""
     geometry, kind = shape.geometry, type(shape.geometry).__name__.lower()
     sides: list[tuple[Path, float, float]] = [((), 0.0, 0.0)]
     if isinstance(geometry, Box):

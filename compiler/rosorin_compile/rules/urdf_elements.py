@@ -93,7 +93,7 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
-    """A warning: `urdf_elements` refer to a link, joint or material that does not exist or is not in the URDF."""
+    """A warning: `urdf_elements` names a link, joint or material that does not exist or is not in the URDF."""
     mentions: dict[tuple[str, str], list[tuple[Reference, Path, int]]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
@@ -148,7 +148,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
 
 @rule("duplicate-xml", help="Rename one of them; in a part, begin the name with `${prefix}`.", topic=NUMBERS)
 def duplicates(case: Case) -> Iterator[Diagnostic]:
-    """A warning: two elements of `urdf_elements` have the same name, but their reader uses only one of them."""
+    """A warning: two elements of `urdf_elements` have the same name, so programs use only one of them."""
     first: dict[tuple[str, ...], Path] = {}
     for section in named_as("hardware block"):
         first |= {("<ros2_control>", name): (section, name) for name in case.section(section)}
@@ -210,7 +210,7 @@ def sdf_elements() -> Mapping[str, list[str]]:
 
 @rule("misplaced-element", help="Move it where the message says, or correct its name.", topic=NUMBERS)
 def misplaced_elements(case: Case) -> Iterator[Diagnostic]:
-    """A warning: an element of `urdf_elements` is in a place where its reader ignores it, or is not part of SDF."""
+    """A warning: an element of `urdf_elements` is in a place where programs ignore it, or is not part of SDF."""
     for path, text in urdf_texts(case):
         purposes = [str(step) for step in path if step in ("visual", "collision")]
         holder = purposes[0] if purposes else {"links": "link", "joints": "joint"}.get(str(path[0]), "robot")

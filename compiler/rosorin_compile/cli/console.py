@@ -93,7 +93,7 @@ def give(text: str) -> None:
         return
     stream.flush()
     rest = memoryview(text.encode())
-    while rest:  # with PYTHONUNBUFFERED, a call of ``write`` may write only some of the bytes
+    while rest:  # with PYTHONUNBUFFERED, a call to ``write`` may write only some of the bytes
         rest = rest[raw.write(rest) or 0 :]
 
 
@@ -141,7 +141,7 @@ class Console:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
-        """Report differences: print ``lines`` as text, or collect ``diagnostic``; Markdown also has ``what``."""
+        """Report differences: print ``lines``, or collect ``diagnostic`` for JSON; in Markdown, ``what`` is listed."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:

@@ -126,7 +126,7 @@ class ImportFile:
 
 
 def described_by(distribution: str) -> str:
-    """Return the distribution whose rules apply to a ROS 2 distribution: Humble, or Jazzy for all others."""
+    """Return the distribution whose rules are used for ``distribution``: Humble for Humble, and Jazzy for any other."""
     return HUMBLE if distribution == HUMBLE else JAZZY
 
 
@@ -166,12 +166,12 @@ class Format:
     name: str  # key under ``outputs``
     word: str  # name in sentences, such as "URDF"; ``article`` is "a" or "an"
     article: str = ""
-    files: str = ""  # its files in lists of formats; by default, ``word`` and the root elements
+    files: str = ""  # entry in lists of formats; default: ``word`` and the root elements
     about: str = "another artifact"  # purpose, for lists of formats
     rank: int = 1000  # position in lists of formats, in ascending order
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # JSON Schema of each option
     check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # yields errors in ``options``
-    rules: tuple[Rule, ...] = ()  # rules that its diagnostics belong to, for plug-ins
+    rules: tuple[Rule, ...] = ()  # additional rules of a plug-in, for its diagnostics
     file: str = ""  # default file name; {} is replaced by the name of the robot
     endings: tuple[str, ...] = ()  # file name extensions
     roots: tuple[str, ...] = ()  # tags of the root element, for XML
@@ -239,7 +239,7 @@ class Format:
 
     @property
     def listed(self) -> str:
-        """The name of its files in a list of formats, such as URDF (<robot>)."""
+        """How the format appears in a list of formats: the name and the root elements, such as URDF (<robot>)."""
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 
     def compile(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

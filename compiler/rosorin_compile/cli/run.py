@@ -67,7 +67,7 @@ class Run(SimpleNamespace):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
 
     def pick(self, names: str) -> dict[str, Any]:
-        """Return the options ``names``, separated by spaces, as keyword arguments for the API."""
+        """Return options as keyword arguments for the API; ``names`` are separated by spaces."""
         return {name: getattr(self, name) for name in names.split()}
 
     def only_robot(self, stdin: bool = True) -> Description:

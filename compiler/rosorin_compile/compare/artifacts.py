@@ -308,7 +308,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if a change and a difference are about equal solids. A capsule equals its ``as_cylinder``."""
+    """Return True if a change and a difference concern the same solids; capsules are compared as cylinders."""
     sides = []
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]

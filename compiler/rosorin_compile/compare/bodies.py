@@ -274,7 +274,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
 def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
     """Report which frames moved, by how much, and at which joint positions.
 
-    Return two dicts: for each body of A, the link in whose frame its shapes and masses are to be compared; and for each
+    Return two dicts: for each body of A, the link whose frame is used to compare its shapes and masses; and for each
     joint with an opposite axis in B, True if the sign of its limits is also opposite.
     """
     work = _Frames(pairing, report.items)

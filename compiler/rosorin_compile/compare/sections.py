@@ -20,7 +20,7 @@ from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
 from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
-ONE_BOX = "several shapes"  # the topic that a format lacks if it supports only one box per link
+ONE_BOX = "several shapes"  # a topic that a format with only one box per link does not support
 # Topics that a format may not support: (YAML key, name in messages, regex for "KIND QUANTITY" of a value).
 _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "mass": ("links.inertial", "masses", "link (mass|centre of mass|inertia)"),

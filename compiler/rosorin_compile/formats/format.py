@@ -226,7 +226,7 @@ class Format:
     withheld: Callable[[Output], bool] | None = None  # True if these nodes must not read an output
     folder: str = ""  # folder in a ROS package; default: by file extension
     deploys: bool = False  # ``deploy`` copies an artifact even if the target package has no earlier copy
-    robot_of: Callable[[Path], str] | None = None  # name of the robot, if files have no header comment
+    robot_of: Callable[[Path], str] | None = None  # reads the robot's name if there is no header comment
 
     @property
     def is_xml(self) -> bool:

@@ -50,7 +50,7 @@ SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 
 
 def distribution(asked: object) -> str:
-    """Return the Gazebo release for the option ``gazebo``; True means "harmonic", and "" means no Gazebo."""
+    """Return the Gazebo release that an option ``gazebo`` selects: "harmonic" for True, or "" for no Gazebo."""
     return "harmonic" if asked is True else str(asked or "")
 
 

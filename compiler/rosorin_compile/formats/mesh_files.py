@@ -135,7 +135,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
-    """Add to the result of a search the contents of the files that must be written to the output folder."""
+    """Return the search result with the contents of all files that must be copied to the output folder."""
     if has_errors(searched.diagnostics):
         return searched
     contents, diagnostics, unreadable = dict[str, bytes](), [*searched.diagnostics], list[NamedFile]()

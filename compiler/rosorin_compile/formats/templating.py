@@ -229,7 +229,7 @@ def render_request() -> None:
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # generates random text
         del sandbox.filters["random"]  # artifacts must be reproducible
-        with suppress(ImportError):  # Windows lacks this module, which the parent reports
+        with suppress(ImportError):  # not on Windows; the parent process reports that
             import resource
 
             signal.signal(signal.SIGXCPU, stop)

@@ -3,7 +3,7 @@
 By default, a URDF has the links and joints that robot_state_publisher publishes, and planar and floating joints. The
 option ``frames`` adds others for simulators. libsdformat drops every link without mass, so that Gazebo reads a URDF
 without masses as an empty model. For a link without an inertial, PyBullet uses 1 kg, and MuJoCo 1 g per cm^3 of its
-shapes, but not if the inertial is zero (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
+shapes; an inertial of zero prevents this (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
 """
 
 from collections import Counter

@@ -141,7 +141,7 @@ class Console:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
-        """Report differences: print ``lines``, or collect ``diagnostic`` for JSON. ``what`` is a summary for Markdown."""
+        """Report differences: print ``lines``, or collect ``diagnostic`` for JSON. ``what`` is the Markdown summary."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:

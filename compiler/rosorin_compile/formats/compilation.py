@@ -263,7 +263,7 @@ def compile_robot(
 def emit(
     understood: LoadedRobot, path: Path, search: Search | None = None, requested: Sequence[str] = ()
 ) -> CompileResult:
-    """Generate the artifacts of a robot for the outputs ``requested`` (default: all); ``search`` finds the mesh files."""
+    """Generate the artifacts of a robot for the outputs ``requested`` (default: all); ``search`` finds mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
     tree = expanded.tree
     if tree is None or robot is None:

@@ -74,7 +74,7 @@ def show_progress() -> None:
 
 
 def paint(text: str, stream: TextIO) -> None:
-    """Write a text with colours to a stream, and escape all control characters except those of colours."""
+    """Write text with colours to a stream, and escape all control characters except those of colours."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()

@@ -155,7 +155,7 @@ class Run(SimpleNamespace):
 
 
 def pair(text: str, form: str) -> tuple[str, str]:
-    """Split a text such as NAME=VALUE or NAME:=VALUE into name and value. Raises RequestError.
+    """Split text such as NAME=VALUE or NAME:=VALUE into name and value. Raises RequestError.
 
     ``form`` is the syntax in the error message. The value may be empty only if ``form`` is NAME=VALUE.
     """

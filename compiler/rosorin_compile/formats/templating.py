@@ -82,7 +82,7 @@ def attributes(**values: str) -> Markup:
 
 
 def comment(text: str) -> str:
-    """Escape a text for an XML comment, which must not contain two consecutive hyphens (XML 1.0, 2.5)."""
+    """Escape text for an XML comment, which must not contain two consecutive hyphens (XML 1.0, 2.5)."""
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 

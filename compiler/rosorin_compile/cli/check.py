@@ -104,7 +104,7 @@ def _check(run: Run) -> int:
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
-    """Compile a robot and compare it with its outputs folder; show the changes on the HTML page, if any."""
+    """Compile a robot and compare it with its outputs folder; add the changes to the HTML page ``page``, if set."""
     console, name, request = run.console, description.name, run.request(description)
     on_stdin = description.path == Description.ON_STDIN
     checked = api.CheckResult(request.compile(), description.outputs) if on_stdin else api.check(request)

@@ -74,7 +74,7 @@ def show_progress() -> None:
 
 
 def paint(text: str, stream: TextIO) -> None:
-    """Write a text with colours to a stream, and escape all control characters except those of colours."""
+    """Write text with colours to a stream, and escape all control characters except those of colours."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
     Progress.wipe()
@@ -93,7 +93,7 @@ def give(text: str) -> None:
         return
     stream.flush()
     rest = memoryview(text.encode())
-    while rest:  # with PYTHONUNBUFFERED, a call of ``write`` may write only some of the bytes
+    while rest:  # with PYTHONUNBUFFERED, a call to ``write`` may write only some of the bytes
         rest = rest[raw.write(rest) or 0 :]
 
 
@@ -141,7 +141,7 @@ class Console:
             self.section.wrong.append("failed: see the log of the run")
 
     def differ(self, what: str, lines: Sequence[str], diagnostic: Diagnostic) -> None:
-        """Report differences: print ``lines`` as text, or collect ``diagnostic``; Markdown also has ``what``."""
+        """Report differences: print ``lines``, or collect ``diagnostic`` for JSON. ``what`` is the Markdown summary."""
         self.severities[diagnostic.severity] += 1
         self.robots[-1]["differences"] = lines
         if self.for_people:

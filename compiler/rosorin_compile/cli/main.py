@@ -143,7 +143,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
         try:
-            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if click fails
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # click can fail
             console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
             console.print_end()

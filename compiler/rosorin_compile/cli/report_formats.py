@@ -187,7 +187,7 @@ def _cut(value: str, limit: int) -> str:
 
 
 def code(value: str, limit: int = _MAX_NAME) -> str:
-    r"""Format a text as inline code that is safe in a table, where "|" would end the cell.
+    r"""Format text as inline code that is safe in a table, where "|" would end the cell.
 
     >>> code("base_link"), code("a|b"), code("a`b")
     ('`base_link`', '<code>a&#124;b</code>', '<code>a&#96;b</code>')

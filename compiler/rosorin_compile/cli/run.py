@@ -67,7 +67,7 @@ class Run(SimpleNamespace):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
 
     def pick(self, names: str) -> dict[str, Any]:
-        """Return the options ``names``, separated by spaces, as keyword arguments for the API."""
+        """Return options as keyword arguments for the API; ``names`` are separated by spaces."""
         return {name: getattr(self, name) for name in names.split()}
 
     def only_robot(self, stdin: bool = True) -> Description:
@@ -91,7 +91,10 @@ class Run(SimpleNamespace):
         return found[0]
 
     def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
-        """Return the robot (by default the only robot) and the last ``count`` words. Raises RequestError."""
+        """Return (robot, last ``count`` words of the command line); the robot is named before these words.
+
+        The default is the only robot. Raises RequestError.
+        """
         if not count <= len(self.words) <= count + 1:
             raise RequestError(f"write rosorin-compile {self.called} {usage}")
         return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
@@ -152,9 +155,9 @@ class Run(SimpleNamespace):
 
 
 def pair(text: str, form: str) -> tuple[str, str]:
-    """Split a text such as NAME=VALUE or NAME:=VALUE into name and value. Raises RequestError.
+    """Split text such as NAME=VALUE or NAME:=VALUE into name and value. Raises RequestError.
 
-    ``form`` is the syntax in the error message. Only if it is NAME=VALUE, the value may be empty.
+    ``form`` is the syntax in the error message. The value may be empty only if ``form`` is NAME=VALUE.
     """
     name, equals, value = text.partition("=")
     name = name.strip().removesuffix(":")
@@ -168,7 +171,7 @@ def for_each(
 ) -> int:
     """Call ``work`` with each robot of the command line, or of ``robots``; return the highest exit code.
 
-    Without names, all robots are used, or the only robot if ``usage`` is set. Raises RequestError.
+    Without names, all robots are used. If ``usage`` is set, there must be only one robot then. Raises RequestError.
     """
     if (summary := getattr(run, "summary", None)) is not None:
         from .report_formats import HEAD, markdown
@@ -284,7 +287,7 @@ def write_depfile(
 ) -> None:
     """Write the requested depfile, then set the time of the files ``newer`` to now. Raises OutputError.
 
-    ``inputs`` are the files that the target depends on, ``made`` the artifacts. The depfile must be neither.
+    ``inputs`` are the files that the target depends on, ``made`` the artifacts. The depfile must be a different file.
     """
 
     def is_depfile(old: Path) -> bool:

@@ -40,7 +40,7 @@ class Pair(NamedTuple):
 
 
 def output_of(robot: Robot, artifact: Artifact) -> Output:
-    """Return the robot's ``Output`` that has the name in an artifact, or a new ``Output`` without options."""
+    """Return the output of the robot that an artifact names, or a new ``Output`` without options if there is none."""
     unnamed = Output(artifact.output, artifact.backend, artifact.file)
     return next((output for output in robot.outputs if output.name == artifact.output), unnamed)
 
@@ -65,7 +65,7 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
-    """Rename the links of an artifact to their names in the robot, if an option of the output renames them."""
+    """Restore the robot's link names in the values of an artifact, if an option of the output renames links."""
     names = format.names(output) if format.names is not None else {}
     return walk.with_names(found, names, "link", {})
 
@@ -308,7 +308,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
 
 
 def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
-    """Return True if a change and a difference have the same solids; a cylinder can replace a capsule."""
+    """Return True if a change and a difference concern the same solids; capsules are compared as cylinders."""
     sides = []
     for difference in (change.differences[0], one):
         moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]

@@ -38,7 +38,7 @@ class Line(NamedTuple):
 
 
 class Bodies:
-    """Groups the links of a robot into rigid bodies; the fixed joints ``split`` separate bodies, too."""
+    """Groups the links of a robot into rigid bodies. The fixed joints ``split`` are treated as moving joints."""
 
     def __init__(self, robot: Robot, precision: Precision, split: frozenset[str] = frozenset()) -> None:
         self.robot = robot
@@ -104,9 +104,9 @@ class Bodies:
 
 
 def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:
-    """Return the distance (m) and the angle (rad) between two poses, and the precision of both (m, rad).
+    """Return ((distance, angle), (precision of the distance, of the angle)) of two poses, in m and rad.
 
-    The precision is ``tolerance`` plus the errors of the poses. Values within the precision are returned as zero.
+    The precision is ``tolerance`` plus the errors of the poses. A distance or angle within the precision is zero.
     """
     apart = math.dist(one.transform.xyz, other.transform.xyz), one.transform.angle_to(other.transform)
     least = tolerance + join_errors(one.length, other.length), tolerance + join_errors(one.angle, other.angle)
@@ -120,7 +120,7 @@ def has_axis(joint: Joint) -> bool:
 
 
 def axis_gap(old: Line, new: Line, tolerance: float) -> Apart:
-    """Return how far (m) and by which angle (rad) an axis moved, or zeros within ``tolerance`` and rounding."""
+    """Return the distance (m) and the angle (rad) that an axis moved. Up to ``tolerance`` plus rounding, they are 0."""
     angle = angle_between(old.direction, new.direction)
     way, (x, y, z) = minus(new.point, old.point), old.direction
     along = dot(way, old.direction)
@@ -137,10 +137,10 @@ def motion_of(joint: Joint) -> str:
 def same_motion(
     a: Bodies, b: Bodies, source: str, target: str, tolerance: float, flipped: Collection[str] = ()
 ) -> bool:
-    """Return True if link ``target`` moves relative to link ``source``, a link above, in the same way in both robots.
+    """Return True if the motion of link ``target`` relative to link ``source`` is the same in both robots.
 
-    The motion is determined by the pose of the link with all joints at zero, and by the axes of the joints in between
-    in the frame of the link (product of exponentials, R. Brockett). The joints ``flipped`` have opposite axes in ``b``.
+    ``source`` is above ``target``. The motion follows from the pose at joint position zero and the axes of the joints
+    in between (product of exponentials, R. Brockett). The joints ``flipped`` have opposite axes in ``b``.
     """
     ways = [side.joints_between(side.top[source], side.top[target]) for side in (a, b)]
     if ways[0] is None or ways[1] is None or list(map(motion_of, ways[0])) != list(map(motion_of, ways[1])):
@@ -170,7 +170,7 @@ class Pairing(NamedTuple):
     prefix: str  # a prefix that only the names of one robot have, or ""
     prefixed: str  # the robot with the prefix: "A", "B" or ""
     tolerance: float
-    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # (links, joints) renamed in A, and in B
+    steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # new names in A and in B: (links, joints)
 
     @property
     def shared(self) -> list[str]:
@@ -182,7 +182,10 @@ class Pairing(NamedTuple):
         return self.a.robot.joint_to.get(top), self.b.robot.joint_to.get(self.bodies[top])
 
     def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
-        """Rename links and joints in values of A (``at`` is 0) or B (1) to the common names of both robots."""
+        """Rename links and joints in the values of a robot to the common names of both robots.
+
+        ``at`` is 0 for robot A and 1 for B; ``other`` are the values of the other robot (see ``with_names``).
+        """
         for links, joints in self.steps[at]:
             found = with_names(with_names(found, links, "link", other), joints, "joint", other)
         return found
@@ -232,9 +235,10 @@ def _split(one: Robot, other: Robot) -> frozenset[str]:
 
 
 def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
-    """Yield new, removed and renamed links and joints; links below a new or removed link are part of its item.
+    """Yield an ``Item`` for each new, removed or renamed link or joint.
 
-    Links in ``not_carried`` are ignored. Renamed fixed joints are ignored unless ``fixed_names`` is True.
+    The item of a new or removed link lists the links below, which have no items of their own. Links in ``not_carried``
+    are ignored. Renamed fixed joints are ignored unless ``fixed_names`` is True.
     """
     a, b = pairing.a.robot, pairing.b.robot
     for robot, other, word in ((a, b, REMOVED), (b, a, NEW)):
@@ -270,14 +274,14 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
 def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
     """Report which frames moved, by how much, and at which joint positions.
 
-    Return two dicts: for each body of A, the link in whose frame its shapes and masses are to be compared; and for each
+    Return two dicts: for each body of A, the link whose frame is used to compare its shapes and masses; and for each
     joint with an opposite axis in B, True if the sign of its limits is also opposite.
     """
     work = _Frames(pairing, report.items)
     for index, top in enumerate(pairing.bodies):
         Progress.step("comparing frames", index, len(pairing.bodies))
         work.body(top)
-    # Links that are part of another body in B. Links that moved between the same two bodies are reported together.
+    # {(body in A, body in B): links} of links that belong to different bodies in A and B; each group is one item.
     groups: dict[tuple[str, str], list[str]] = {}
     for name in pairing.shared:
         top, goal = pairing.a.top[name], pairing.b.top[name]

@@ -214,7 +214,7 @@ def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     if not same_colour(one.rgba, other.rgba, tint):
         yield sentences.colour_change(start, one.rgba, other.rgba)
     before, after = one.words, other.words
-    if one.kind != other.kind:  # ``_numbers`` describes a new kind, and the file of a mesh
+    if one.kind != other.kind:  # ``_numbers`` reports the new kind with the mesh file
         before, after = (tuple(word for word in some if not word.startswith("file ")) for some in (before, after))
     old, new = ([word for word in some if word not in rest] for some, rest in ((before, after), (after, before)))
     if len(old) == len(new) == 1 and old[0].split(" ")[0] == new[0].split(" ")[0]:

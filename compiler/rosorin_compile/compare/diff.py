@@ -35,7 +35,7 @@ from .walk import compare_leaves, inertial_leaves, renamed_robot
 def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
     """Compare the meaning of two robots and return the differences.
 
-    Differences up to ``tolerance`` (m, rad, relative for other numbers) are ignored in addition to printed rounding.
+    Differences up to ``tolerance`` (m, rad; for other numbers, relative) plus the rounding of the numbers are ignored.
     ``prefix`` is the prefix of all names in ``b``, "" for none, or None to detect it.
     """
     if all(side.format is YAML and side.robot.without_plugin_entries().is_tree for side in (a, b)):
@@ -197,7 +197,7 @@ def pieces_of(
     form: str = ROWS,
     words: bool = False,
 ) -> Pieces:
-    """Divide the shapes of a link into solids without colours; for meshes, only the file names are compared.
+    """Divide the shapes of a link into solids without colours. A mesh is a solid with the name of its file.
 
     Without ``capsules``, capsules become cylinders, as in URDF 1.0. ``form`` is the way to divide height maps into
     boxes (see ``HeightMap.boxes``). With ``words``, solids include names and values for simulation, such as friction.
@@ -238,7 +238,7 @@ class _Comparison:
         self.bodies = pairing.a, pairing.b
         formats = [side.format for side in sides]
         self.words = formats[0] is formats[1]
-        # A visual without a colour differs from any colour, except in formats with a default colour, such as MJCF.
+        # A visual without a colour differs from a coloured visual, unless a format has a default colour, such as MJCF.
         self.says_no_colour = self.words or all(one is FORMATS.published_format() or not one.load for one in formats)
         self.one_box = next((one for one in formats if has_one_box(one)), None)
         no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
@@ -314,7 +314,6 @@ class _Comparison:
         return rows
 
     def _seen(self, at: int, pieces: Iterable[Piece], frame: str) -> list[Solid]:
-        """Transform solids to the frame of a link, or return them unchanged if ``frame`` is empty."""
         side = self.bodies[at]
         return [one.solid.seen_from(side.relative(frame, one.link)) if frame else one.solid for one in pieces]
 

@@ -108,7 +108,6 @@ class Difference:
         return "\n".join(lines(self, full=True))
 
     def __repr__(self) -> str:
-        """Return the summary without the details."""
         return f"<Difference: {self.summary()}>"
 
 

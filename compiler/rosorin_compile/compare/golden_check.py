@@ -189,10 +189,7 @@ def compare_committed(
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
-    """Return the artifacts that were edited by hand: their committed text contradicts an up-to-date artifact.
-
-    If the description had changed, the other artifact would not be up to date.
-    """
+    """Return the artifacts that were edited by hand: their values contradict an artifact that is up to date."""
 
     def content(artifact: Artifact, text: str) -> tuple[Leaves, Precision]:
         read, found = FORMATS[artifact.backend].read, Leaves()
@@ -220,9 +217,9 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
 
 
 def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
-    """Load artifacts with the programs that they are for, such as MuJoCo, and return diagnostics.
+    """Load each artifact with the program that reads its format, such as MuJoCo, and return diagnostics.
 
-    A program that is too old for an artifact is a warning, a program that is not installed a note.
+    The diagnostic is a warning if the program is too old for an artifact, and a note if it is not installed.
     """
     diagnostics: list[Diagnostic] = []
     missing: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""The largest errors of numbers: zero in descriptions, depending on the digits in files, larger after calculations."""
+"""Estimate the largest errors of numbers: rounding of printed digits and calculations; numbers in YAML are exact."""
 
 import math
 import re

@@ -20,7 +20,7 @@ from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
 from .walk import Difference, Leaves, Thing, compare_leaves, leaves, section_words
 
-ONE_BOX = "several shapes"  # the topic that a format lacks if it supports only one box per link
+ONE_BOX = "several shapes"  # a topic that a format with only one box per link does not support
 # Topics that a format may not support: (YAML key, name in messages, regex for "KIND QUANTITY" of a value).
 _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "mass": ("links.inertial", "masses", "link (mass|centre of mass|inertia)"),
@@ -46,7 +46,7 @@ _TOPICS: Mapping[str, tuple[str, str, str]] = {
     "fixed joint name": ("sensors.joint", "names of fixed joints", "$"),
     "urdf_elements": ("urdf_elements", "elements for URDF alone", "(joint|link|robot) element"),
 }
-# Values that every format supports; topics of values that are only compared between robots in the same format.
+# _ALWAYS matches values in every format, _SAME_FORMAT maps values that are only compared within a format to topics.
 _ALWAYS = re.compile(r"joint (type|child|axis|limit (lower|upper))?|frame (parent|origin)?|link |robot ")
 _SAME_FORMAT = {"robot modes": "mode", "material rgba": "", "material texture": ""}
 # Topics that are not compared if a file has none of their values: a writer may have omitted them.

@@ -193,7 +193,7 @@ def inertia_change(link: str, old: Sequence[float], new: Sequence[float], least:
 
 
 def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: Sequence[str] = ()) -> str:
-    """Describe an entry that is NEW or REMOVED (``word``), how it is attached, and ``others`` attached to it."""
+    """Describe an entry that is NEW or REMOVED (``word``); ``how`` is its attachment, ``others`` are links below."""
     sentence = with_remark(f"{word}: {what} {name}".rstrip(), ", ".join(filter(None, how)))
     return f"{sentence}, and with it {several(others)}" if others else sentence
 

@@ -50,7 +50,7 @@ class Solid(NamedTuple):
 
     @property
     def as_cylinder(self) -> "Solid":
-        """The solid, or for a capsule, the cylinder of equal full length that replaces it in other formats."""
+        """The solid itself, or a cylinder of the same radius and overall length if the solid is a capsule."""
         if self.kind != "capsule":
             return self
         radius, length = self.sizes
@@ -65,7 +65,7 @@ class Solid(NamedTuple):
 
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
-    """Convert a shape, but not a height map, to a solid; ``share`` scales the error of its sizes."""
+    """Convert a shape other than a height map to a solid. Its tolerance includes ``share`` times the error of sizes."""
     placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
     kind = type(geometry).__name__.lower()
@@ -138,7 +138,7 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     same_sizes = all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
     if one.kind == "sphere" or not is_turned:
         return same_sizes
-    if one.kind == "box":  # a rotated box with swapped sizes can be equal
+    if one.kind == "box":  # a box that is rotated by 90 deg is equal if its sizes are swapped
         turn = length + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2]))
     elif one.kind not in ROUND or not same_sizes:
         return False
@@ -193,7 +193,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
 
 
 def largest_step(pairs: Iterable[tuple[Solid, Solid]]) -> float | None:
-    """Return the largest change (m) of faces, centres and sizes, or None if a kind or only rotations changed."""
+    """Return the largest change (m) of faces, centres and sizes, or None if a solid has a new kind or only rotated."""
     largest = 0.0
     for one, other in pairs:
         if one.kind != other.kind:

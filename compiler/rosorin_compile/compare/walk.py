@@ -73,7 +73,7 @@ def compare_leaves(
     """Return all values that differ between two dicts of values (see ``leaves``).
 
     ``precisions`` return the errors of the old and of the new numbers. Differences up to ``tolerance`` are ignored as
-    well; this is relative to the larger number, but absolute for lengths and angles below 1 m or 1 rad.
+    well. The tolerance is relative to the larger number, but absolute for lengths below 1 m and angles below 1 rad.
     """
     found: list[Difference] = []
     for thing in dict.fromkeys([*old, *new]):
@@ -132,7 +132,7 @@ def same_turn(old: Vector, new: Vector, precisions: Precisions, tolerance: float
 
 
 def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precisions, tolerance: float) -> float:
-    """Return the largest difference (kg*m^2) between entries of two equal inertia tensors due to rounding."""
+    """Return the largest difference (kg*m^2) that rounding can cause between entries of equal inertia tensors."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))
@@ -270,7 +270,7 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms by child frame; further parents and conditions of a frame are appended to its name."""
+    """Add transforms by child frame; additional ones get names such as "laser below mast" or "laser when docked"."""
     parents: dict[str, str] = {}
     for edge in edges:
         first = parents.setdefault(edge.child, edge.parent)
@@ -299,7 +299,7 @@ def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element"
 
 
 def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
-    """Add the values of a nested object to ``entry``, with keys that start with ``path``, except defaults."""
+    """Add the values of a nested object that are not defaults to ``entry``; the keys begin with ``path``."""
     if value is None or value == () or value == "" or value == {}:
         return
     if isinstance(value, Mapping):
@@ -352,7 +352,7 @@ def new_link_names(old: Leaves, new: Leaves) -> dict[str, str]:
 
 
 def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> dict[tuple[Any, ...], str]:
-    """Map joints, children or places (``sign``) that identify a link to the link; omit ambiguous features."""
+    """Map values that identify a link to the link; ``sign`` selects its "joint", its "child" frames or its "place"."""
     found: dict[tuple[Any, ...], str] = {}
     shared = set()
     roots = [link for link in links if ("frame", link) not in side] if sign == "place" else []
@@ -378,7 +378,7 @@ def new_joint_names(old: Leaves, new: Leaves) -> dict[str, str]:
     joints = [[(name, of) for (kind, name), of in side.items() if kind == "joint"] for side in (old, new)]
     before, after = ({of["child"]: name for name, of in some if "child" in of} for some in joints)
     found = {name: after[child] for child, name in before.items() if after.get(child, name) != name}
-    # A joint can have a new child link because the old one was removed, without being renamed.
+    # A joint whose child link was removed can get the child link of another joint, which is then not a renamed joint.
     kept = {before[child] for child in before.keys() - after} | {after[child] for child in after.keys() - before}
     fixed = [{name for name, of in some if of.get("type") == "fixed"} for some in joints]
     unlike = {name for name, other in found.items() if (name in fixed[0]) != (other in fixed[1])}
@@ -431,7 +431,7 @@ def renamed_robot(robot: Robot, links: Names, joints: Names) -> Robot:
 
 
 def prefix_of(a: Robot, b: Robot) -> str:
-    """Return the prefix that most link names of ``b`` have compared with those of ``a``, or "" if there is none."""
+    """Return the prefix that ``b`` adds to most link names of ``a``, or "" if there is none."""
     mine, theirs = [link.name for link in a.links], [link.name for link in b.links]
     ends = [other[: -len(name)] for name in mine for other in theirs if other.endswith(name) and other != name]
     best = max(sorted(set(ends)), key=ends.count, default="")

@@ -47,7 +47,7 @@ _SCHEMAS = {
 
 
 class Formats(Mapping[str, Format]):
-    """A mapping from names to formats, in the order of lists for users; formats of plug-ins come last."""
+    """A mapping from names to formats, in the order in which users see them; formats of plug-ins come last."""
 
     def __getitem__(self, name: str) -> Format:
         return _built_in(name) or _plugged()[0][name]

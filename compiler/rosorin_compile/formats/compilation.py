@@ -153,13 +153,13 @@ def understand(
 ) -> LoadedRobot:
     """Load and check the description at ``path``.
 
-    ``tell`` receives warnings before untrusted code is run; ``requested`` are names of outputs or formats.
+    ``tell`` receives warnings before untrusted code is run. ``requested`` are formats to add to the outputs.
     """
     return check_expanded(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def check_expanded(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> LoadedRobot:
-    """Convert an expanded YAML tree to a robot and check both; ``requested`` are names of outputs or formats."""
+    """Convert an expanded YAML tree to a robot and check both; ``requested`` are formats to add to the outputs."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:
@@ -263,7 +263,7 @@ def compile_robot(
 def emit(
     understood: LoadedRobot, path: Path, search: Search | None = None, requested: Sequence[str] = ()
 ) -> CompileResult:
-    """Generate the artifacts of a loaded robot, by default of all outputs; ``search`` finds the mesh files."""
+    """Generate the artifacts of a robot for the outputs ``requested`` (default: all); ``search`` finds mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
     tree = expanded.tree
     if tree is None or robot is None:

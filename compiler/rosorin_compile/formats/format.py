@@ -126,7 +126,7 @@ class ImportFile:
 
 
 def described_by(distribution: str) -> str:
-    """Return the distribution whose rules apply to a ROS 2 distribution: Humble, or Jazzy for all others."""
+    """Return the distribution whose rules are used for ``distribution``: Humble for Humble, and Jazzy for any other."""
     return HUMBLE if distribution == HUMBLE else JAZZY
 
 
@@ -166,12 +166,12 @@ class Format:
     name: str  # key under ``outputs``
     word: str  # name in sentences, such as "URDF"; ``article`` is "a" or "an"
     article: str = ""
-    files: str = ""  # its files in lists of formats; by default, ``word`` and the root elements
+    files: str = ""  # entry in lists of formats; default: ``word`` and the root elements
     about: str = "another artifact"  # purpose, for lists of formats
     rank: int = 1000  # position in lists of formats, in ascending order
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # JSON Schema of each option
     check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None  # yields errors in ``options``
-    rules: tuple[Rule, ...] = ()  # rules that its diagnostics belong to, for plug-ins
+    rules: tuple[Rule, ...] = ()  # additional rules of a plug-in, for its diagnostics
     file: str = ""  # default file name; {} is replaced by the name of the robot
     endings: tuple[str, ...] = ()  # file name extensions
     roots: tuple[str, ...] = ()  # tags of the root element, for XML
@@ -226,7 +226,7 @@ class Format:
     withheld: Callable[[Output], bool] | None = None  # True if these nodes must not read an output
     folder: str = ""  # folder in a ROS package; default: by file extension
     deploys: bool = False  # ``deploy`` copies an artifact even if the target package has no earlier copy
-    robot_of: Callable[[Path], str] | None = None  # name of the robot, if files have no header comment
+    robot_of: Callable[[Path], str] | None = None  # reads the robot's name if there is no header comment
 
     @property
     def is_xml(self) -> bool:
@@ -239,7 +239,7 @@ class Format:
 
     @property
     def listed(self) -> str:
-        """The name of its files in a list of formats, such as URDF (<robot>)."""
+        """How the format appears in a list of formats: the name and the root elements, such as URDF (<robot>)."""
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 
     def compile(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

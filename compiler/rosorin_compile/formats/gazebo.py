@@ -50,7 +50,7 @@ SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 
 
 def distribution(asked: object) -> str:
-    """Return the Gazebo release for the option ``gazebo``; True means "harmonic", and "" means no Gazebo."""
+    """Return the Gazebo release that an option ``gazebo`` selects: "harmonic" for True, or "" for no Gazebo."""
     return "harmonic" if asked is True else str(asked or "")
 
 
@@ -150,8 +150,6 @@ def drive_blocks(
     return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
 
 
-# Blocks of a URDF: <gazebo reference="LINK"> with sensors, springs and friction.
-
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
@@ -232,7 +230,7 @@ class _Mounting:
         blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
         kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
         self.kept = {one.get("reference", "") for one in kept}  # fixed joints whose links are not merged
-        # The links of a fixed joint with a sensor are not merged if both have mass, which also affects the links below.
+        # Keep the links of a fixed joint with a sensor, unless Gazebo would then drop the child link for lack of mass.
         joints = {joint.name for joint in content.joints}
         at_joints = {one.link for sensor in robot.sensors for one in sensor.gazebo if one.at_joint} & joints
         self.measured: set[str] = set()
@@ -309,8 +307,6 @@ class _Mounting:
             reason = f'link "{link}" has no collision shape in this URDF', 'add "collision" to the link'
         return link, pose, names, reason
 
-
-# Comparison of URDF elements.
 
 _OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
 _MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
@@ -414,7 +410,7 @@ def _numbers(text: str) -> str:
 
 
 def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
-    """Return the joints that <ros2_control> need not declare as mimic joints, because the URDF does (after Humble)."""
+    """Return the mimic joints that <ros2_control> need not repeat: none if ``humble`` (ROS 2 Humble), else all."""
     return frozenset(joint.name for joint in robot.joints if joint.mimic is not None and not humble)
 
 

@@ -64,7 +64,7 @@ class ImportedRobot(NamedTuple):
     names: Mapping[str, Mapping[int, str]] = {}  # names of objects in the file by kind and index
     checked: bool = True  # the tree was validated
     mount: str = ""  # link of the including robot to which the joints of a xacro macro attach
-    packages: Mapping[str, Path] = {}  # folders of ROS packages in raw XML elements
+    packages: Mapping[str, Path] = {}  # folders of the ROS packages that raw XML elements refer to
     passed: frozenset[str] = frozenset()  # keys of an include that were passed to a xacro macro
 
     @property
@@ -183,7 +183,7 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             if above is None and below is not None and element.tag in ("visual", "collision"):
                 where = BEFORE  # the comment is about the shape, not about its origin
             elif same_line and (above is not None or "\n" in text[item.end : following]):
-                of, where = paths.get(id(above), path), BESIDE  # in the line of a child or of the start tag
+                of, where = paths.get(id(above), path), BESIDE  # on the same line as a child or the start tag
             elif below is not None:
                 of, where = paths.get(id(below), path), BEFORE
             found.append((item, of, where))

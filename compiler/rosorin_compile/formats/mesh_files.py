@@ -135,7 +135,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
-    """Add to the result of a search the contents of the files that must be written to the output folder."""
+    """Return the search result with the contents of all files that must be copied to the output folder."""
     if has_errors(searched.diagnostics):
         return searched
     contents, diagnostics, unreadable = dict[str, bytes](), [*searched.diagnostics], list[NamedFile]()
@@ -314,7 +314,7 @@ class _Search:
             what, severity = f"not there, as seen from {self.places.description.name}", WARNING
             if self.has_outputs:
                 what = "not there, neither as seen from the artifacts nor next to the description"
-            # This is no error: textures are optional, and the import already reported missing meshes.
+            # This is not an error: textures are optional, and the import already reported missing meshes.
             if one.kind == TEXTURE or any(self.sources.get(folder, self.main_source)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:

@@ -1,7 +1,7 @@
 """Import a robot from a file in any format, which is detected from the file name and the content.
 
 The YAML tree of an imported robot is validated. Existing robots violate some rules that other programs do not enforce,
-for example with an axis of length 2: an entry of ``accept`` is added for each such violation. All others are errors.
+such as that an axis has length 1. An entry of ``accept`` suppresses each of these violations; all others are errors.
 """
 
 from collections.abc import Iterable

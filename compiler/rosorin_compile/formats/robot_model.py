@@ -112,7 +112,7 @@ def _requested(robot: Robot, output: Output) -> list[Joint]:
 
 
 def _numbers(values: Iterable[Any]) -> list[float]:
-    """Convert numbers to floats, which JSON prints with a decimal point, and minus zero to zero."""
+    """Convert numbers to floats, so that JSON has decimal points, and replace minus zero with zero."""
     return [float(value) + 0.0 for value in values]
 
 

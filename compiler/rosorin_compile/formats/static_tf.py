@@ -120,7 +120,7 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the launch file of a robot, including robot_state_publisher if there is a URDF output."""
+    """Return a launch file that publishes static transforms, and runs robot_state_publisher if a URDF is generated."""
     from . import FORMATS
 
     always, in_modes, diagnostics = static_transforms(robot, [output])
@@ -278,7 +278,7 @@ LIST = replace(
 
 
 def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
-    """Map each name to a free launch argument: the name, or with the prefix ``before`` if the name is taken."""
+    """Map each name to an unused launch argument: the same name, or with the prefix ``before`` if it is ``taken``."""
     names, taken = list(names), set(taken)
     free = {name: name for name in names if name not in taken}
     for name in names:

@@ -82,7 +82,7 @@ def attributes(**values: str) -> Markup:
 
 
 def comment(text: str) -> str:
-    """Escape a text for an XML comment, which must not contain two consecutive hyphens (XML 1.0, 2.5)."""
+    """Escape text for an XML comment, which must not contain two consecutive hyphens (XML 1.0, 2.5)."""
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 
@@ -229,7 +229,7 @@ def render_request() -> None:
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # generates random text
         del sandbox.filters["random"]  # artifacts must be reproducible
-        with suppress(ImportError):  # Windows lacks this module, which the parent reports
+        with suppress(ImportError):  # not on Windows; the parent process reports that
             import resource
 
             signal.signal(signal.SIGXCPU, stop)

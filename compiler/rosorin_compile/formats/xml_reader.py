@@ -71,7 +71,7 @@ class XmlReader:
         return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if errors were reported after index ``before``; --lenient replaces them with a warning."""
+        """Return True if ``diagnostics`` has errors from index ``before`` on; --lenient makes them a single warning."""
         reported = [one.with_help() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:

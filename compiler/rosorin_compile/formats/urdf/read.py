@@ -160,7 +160,7 @@ class _Reader(XmlReader):
         return tree
 
     def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
-        """Report unknown and missing names in an element, and record the YAML path of its entry."""
+        """Report unknown and missing attributes, and unknown children; record the YAML path of the element."""
         attributes = (*TEXTS.get(element.tag, ()), *NUMBERS.get(element.tag, ()))
         self.check(element, CHILDREN.get(element.tag, ()), attributes, keep)
         self.need(element, *needed)

@@ -3,7 +3,7 @@
 By default, a URDF has the links and joints that robot_state_publisher publishes, and planar and floating joints. The
 option ``frames`` adds others for simulators. libsdformat drops every link without mass, so that Gazebo reads a URDF
 without masses as an empty model. For a link without an inertial, PyBullet uses 1 kg, and MuJoCo 1 g per cm^3 of its
-shapes, but not if the inertial is zero (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
+shapes; an inertial of zero prevents this (tested with libsdformat 12, PyBullet 3.2.7, MuJoCo 4).
 """
 
 from collections import Counter
@@ -33,7 +33,7 @@ from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attributes, comment
 
-STEP = 1 / 240  # time step (s) of PyBullet by default; Gazebo uses 1/1000
+STEP = 1 / 240  # default time step (s) of PyBullet; the default of Gazebo is 1/1000
 FROM_COLLISION = "from_collision"
 PUBLISHED, ALL, BODIES = "published", "all", "bodies"
 ELEMENTS = ("inertial", "visual", "collision", "dynamics", "urdf_elements")
@@ -60,7 +60,7 @@ def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
 
 
 def links_of(robot: Robot, output: Output) -> frozenset[str]:
-    """Return the links that an output contains. If it has no joints, this is only the root link."""
+    """Return the links that an output contains: only the root link if the output has no joints."""
     return _links(robot, frames_of(output))
 
 
@@ -111,7 +111,7 @@ def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, T
 
 
 def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
-    """Return the inertials of the links in a URDF (``carried``), merged with omitted links. Raises ValueError."""
+    """Return the inertials of the links ``carried`` of a URDF, including links merged into them. Raises ValueError."""
     parts: dict[str, list[tuple[Inertial, Transform]]] = {}
     for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
         inertial = robot.link[name].inertial
@@ -295,7 +295,7 @@ class Content:
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
-    """Return each joint with the links that no earlier joint has; without joints, return only the root link."""
+    """Return (new links, joint) for each joint; links of earlier joints are not new. Without joints: ([root], None)."""
     visited: set[str] = set()
     groups: list[tuple[list[str], Joint | None]] = [] if joints else [([robot.root], None)]
     for joint in joints:

@@ -240,7 +240,7 @@ class Bodies:
         return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
-        """Return True if two solids touch, not only their hulls, because points of one are inside the other mesh."""
+        """Return True if two solids, and not only their convex hulls, touch: points of one are inside the other."""
         import numpy as np
 
         if all(solid.mesh is None for solid in solids):
@@ -273,7 +273,7 @@ class Scene(Bodies):
         self._points: dict[str, Floats] = {}
 
     def joint_of(self, pair: Pair) -> Joint | None:
-        """Return the joint that connects two links, directly or through fixed joints, or None."""
+        """Return the joint between two links, or between links fixed to them; None if there is no such joint."""
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:

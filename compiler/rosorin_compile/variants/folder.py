@@ -65,7 +65,7 @@ class VariantsFolder:
             return {"key": "", "inputs": {}, "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
-        """Return True if all artifacts of a variant exist and have these digests (by file name)."""
+        """Return True if a variant has all files in ``artifacts``, with unchanged contents (digests by file name)."""
         with suppress(OSError):
             return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
         return False

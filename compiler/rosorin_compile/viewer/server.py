@@ -220,7 +220,6 @@ class _Handler(BaseHTTPRequestHandler):
         self._json(self.server.page.touching(state))
 
     def _events(self) -> None:
-        """Send the version of the page now and after each change, until the browser closes the connection."""
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1

@@ -48,7 +48,7 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Solid:
-    """A convex shape with its bounding sphere (m). Spheres and capsules are points and lines with radius ``margin``."""
+    """A convex shape with its bounding sphere (m). Spheres and capsules are points and segments with a ``margin``."""
 
     def __init__(self, shape: Shape, ball: Ball) -> None:
         self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()

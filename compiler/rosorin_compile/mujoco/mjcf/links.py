@@ -186,7 +186,7 @@ def add_joints(state: ImportState) -> None:
 
 
 def add_root(state: ImportState) -> None:
-    """Add the section ``root``: the world is the root link, or the pose and free joint of the only top-level body."""
+    """Add the section ``root``: ``world: true`` if the root is the world, else the pose and free joint of the root."""
     if state.ground:
         convert.put_value(state.tree, "root", convert.map_entry({"world": True}, state.places.body(0)))
         return

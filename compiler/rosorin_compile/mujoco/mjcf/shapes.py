@@ -99,7 +99,7 @@ def _colour(thing: Thing) -> list[float]:
 
 
 def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
-    """Return a geom as a node to keep as XML, without mass; a mesh has the pose of the frame of its file."""
+    """Return a geom without mass as an XML node; the pose of a mesh is that of its file, not of its principal axes."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):

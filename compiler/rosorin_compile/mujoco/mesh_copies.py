@@ -32,7 +32,7 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
 def copy_meshes(searched: SearchResult, outputs: Path) -> SearchResult:
-    """Return ``searched`` with all meshes and textures converted for MuJoCo; ``outputs`` is the folder of old copies."""
+    """Return ``searched`` with all meshes and textures converted for MuJoCo; ``outputs`` is the folder of copies."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
     failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # unusable files by (rule, reason, help, kind)
     found = [one for one in searched.found if one.named.kind != OF_MESH]
@@ -136,7 +136,7 @@ def _binary_stl(data: bytes, mark: str) -> bytes:
 
 
 def _obj(path: Path, mark: str, existing: bytes) -> bytes:
-    """Convert a mesh to OBJ. Without trimesh, return ``existing`` if it was converted from the same file."""
+    """Convert a mesh to OBJ. Without trimesh, return ``existing`` if its ``mark`` shows the same source."""
     try:
         TriangleMesh.require_packages()
         import numpy as np

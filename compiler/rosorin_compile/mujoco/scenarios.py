@@ -126,7 +126,7 @@ class World:
         return tuple(added)
 
     def reset(self, positions: Mapping[str, float]) -> None:
-        """Restart at rest at joint positions (rad or m), which servos then hold; put a free robot on the floor."""
+        """Reset the simulation to joint positions (rad or m) that servos then hold; put a free robot on the floor."""
         model, data, self.broken = self.model, self.data, ""
         self.mujoco.mj_resetData(model, data)
         for joint in self.joints:

@@ -191,7 +191,7 @@ class Bodies:
         self.data: Any = mujoco.MjData(self.model)
 
     def rows(self, states: Sequence[Positions], names: Sequence[str] = ()) -> Floats:
-        """Return an array with a row per state: the poses (x y z qw qx qy qz) of the bodies in ``names``, or of all."""
+        """Return an array with a row per state: poses (x y z qw qx qy qz) of the bodies in ``names`` (default: all)."""
         import numpy as np
 
         names, joints = names or self.names, states[0].keys() if states else ()
@@ -277,7 +277,7 @@ class Scene(Bodies):
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
-        """Estimate the share (0 to 1) of the volume of ``small`` inside the hulls (``exact``: meshes) of ``large``."""
+        """Estimate the share (0 to 1) of ``small`` inside the hulls (if ``exact``, inside the meshes) of ``large``."""
         import numpy as np
 
         inner, outer = self.solids_of[small], self.solids_of[large]

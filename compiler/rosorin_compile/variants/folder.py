@@ -116,7 +116,7 @@ class VariantsFolder:
 
     @contextmanager
     def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
-        """Write ``sweep.json``: yield a function to add the entry of a variant, and replace the file at the end."""
+        """Write ``sweep.json``: yield a function that adds the entry of a variant, and replace the file on exit."""
         new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')

@@ -222,7 +222,6 @@ class _Writer:
         return record["entry"] if is_intact else None
 
     def _write(self, variant: Variant, result: Result | Diagnostic) -> dict[str, Any]:
-        """Write a compiled variant, and return its entry. Raises OutputError if the folder is not writable."""
         if isinstance(result, Diagnostic):
             result = Result(entry_of(variant, [result], {}), {}, {})
         try:

@@ -161,7 +161,7 @@ _GAP = "  "
 
 
 class Look(NamedTuple):
-    """Options for text: use ASCII only, colour these publishers (if any), limit the width in columns (0: no limit)."""
+    """Options for text output: ASCII only, publishers to colour (if any), maximum width in columns (0: no limit)."""
 
     ascii: bool = False
     publishers: Sequence[str] = ()

@@ -331,7 +331,6 @@ class LiveRobot:
             return shown.explain(frame)
 
     def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
-        """Return a function that finds the pairs of links that overlap at joint positions (rad or m)."""
         engine = self.contacts(shown)
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:

@@ -36,7 +36,7 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # Suffixes of the names of the MJCF default classes, which ``Classes`` creates.
 VISUAL, COLLISION = "visual", "collision"
-WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``Masks``)
+WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``ContactBits``)
 # Collision geoms of links without visuals. They are in the group of the visuals, so that viewers show them.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
 FRAME = "frame"  # sites at link frames, which viewers draw as dots when group 4 is enabled
@@ -238,7 +238,7 @@ def range_of(joint: model.Joint) -> tuple[float, float] | None:
 
 
 def leader_of(robot: model.Robot, joint: model.Joint) -> model.Joint:
-    """Return the end of the chain of mimic joints that starts at ``joint``; ``joint`` itself if it does not mimic."""
+    """Return the end of the chain of mimic joints that starts at ``joint``, or ``joint`` if it is not a mimic joint."""
     while joint.mimic is not None:
         joint = robot.joint[joint.mimic.joint]
     return joint

@@ -137,7 +137,7 @@ def _is_carried(state: ImportState, geom: Thing) -> bool:
 
 
 def is_scene(geom: Thing) -> bool:
-    """Return True if a geom is a plane or height field of the world, and so the ground of the scene."""
+    """Return True if a geom is part of the scene, not of the robot: a plane or height field of the world."""
     return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
 
 

@@ -404,7 +404,7 @@ def _fill(
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
-    """Return (actuator type that the attributes of a <general> are equivalent to, its gains, other attributes)."""
+    """Return (type, gains, other attributes) of the actuator that is equivalent to a <general> with ``attributes``."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off

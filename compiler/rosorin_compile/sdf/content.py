@@ -209,7 +209,7 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
-    """Append ``text``, the XML of ``element``, to the list ``urdf_elements`` of an entry; return the index in the list."""
+    """Append ``text``, the XML of ``element``, to the list ``urdf_elements`` of an entry, and return the list index."""
     entry.setdefault("urdf_elements", []).append(SourceValue(text, element.span))
     return len(entry["urdf_elements"]) - 1
 

@@ -114,7 +114,7 @@ class Model:
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
     def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
-        """Return (kind, id) for each object that ``field`` of an object refers to, and ("", number) for other numbers."""
+        """Return (kind, id) for each object that ``field`` of an object refers to, or ("", number) for a number."""
         numbers: list[float] = np.atleast_1d(self.value(field, extent, index)).tolist()
         by, *enumerations = _REFERENCES[field]
         if not enumerations:

@@ -33,7 +33,7 @@ _BATCH = 8  # number of candidate steps measured at once
 _FARTHEST = 10.0  # m: maximum distance to measure, larger than a robot
 _MESH_STATES = 5  # maximum number of states in which to test two meshes whose convex hulls touch
 
-State = dict[str, float]  # position (rad or m) of each joint, without mimic joints
+State = dict[str, float]  # position (rad or m) of each joint that is not a mimic joint
 Planning = Any  # ros.srdf.planning.Planning, which this layer must not import
 
 

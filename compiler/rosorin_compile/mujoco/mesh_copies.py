@@ -32,7 +32,7 @@ _STL_TRIANGLE = struct.Struct("<12x9f2x")
 
 
 def copy_meshes(searched: SearchResult, outputs: Path) -> SearchResult:
-    """Return ``searched`` with the contents of all meshes and textures, converted for MuJoCo, and with diagnostics."""
+    """Return ``searched`` with all meshes and textures converted for MuJoCo; ``outputs`` is the folder of copies."""
     files, missing, converted = dict(searched.files), set(searched.missing), list[NamedFile]()
     failed: dict[tuple[str, str, str, str], list[NamedFile]] = {}  # unusable files by (rule, reason, help, kind)
     found = [one for one in searched.found if one.named.kind != OF_MESH]
@@ -102,7 +102,7 @@ def _is_flat(points: list[Vector]) -> bool:
 
 
 def _copies(found: FoundFile, outputs: Path) -> tuple[dict[str, bytes], bool]:
-    """Return (contents by path of each copy, True if a copy had to be converted). Raises UnreadableMesh."""
+    """Return (contents of each copy by path, True if a copy was newly converted). Raises UnreadableMesh."""
     try:
         if found.file.stat().st_size > MAX_BYTES:
             raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
@@ -136,7 +136,7 @@ def _binary_stl(data: bytes, mark: str) -> bytes:
 
 
 def _obj(path: Path, mark: str, existing: bytes) -> bytes:
-    """Convert a mesh to OBJ. Without trimesh, return ``existing`` if it was converted from the same file."""
+    """Convert a mesh to OBJ. Without trimesh, return ``existing`` if its ``mark`` shows the same source."""
     try:
         TriangleMesh.require_packages()
         import numpy as np

@@ -45,7 +45,7 @@ _CORNER = 0.2  # share of the volume of a link; smaller overlaps of adjacent lin
 _SHOWN = 5  # maximum number of names in a note
 _STEP, _MOST_STEPS, _SLIDE_STEPS = math.radians(5), 72, 24  # step (rad) and maximum number of steps; steps if prismatic
 _MOST_STATES = 20_000  # maximum number of states for all joints; above it, steps become larger
-_GROWTH = 0.3  # for a warning, share of the volume of the moved link that enters the adjacent link
+_GROWTH = 0.3  # minimum share of the volume of the moved link inside the adjacent link, for a warning
 _BLOCKED = 0.25  # share of the joint range in collision; if it is smaller, probably just a limit is too wide
 
 
@@ -193,7 +193,7 @@ def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
 
 
 class State(NamedTuple):
-    """A pose (named "" if it is zero), its joint positions (rad or m), and the links that overlap in it."""
+    """The name of a pose ("" if all joints are at zero), its joint positions (rad or m), and the overlaps of links."""
 
     name: str
     positions: Positions

@@ -68,7 +68,7 @@ class World:
     def __init__(
         self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
     ) -> None:
-        """Compile an MJCF with paths relative to ``folder``; ``meshes`` has contents by name. Raises ValueError."""
+        """Compile an MJCF with paths relative to ``folder``; ``meshes`` maps names to contents. Raises ValueError."""
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
         self.steps, self.cpu, self.broken, self.targets = 0, 0.0, "", dict[str, float]()
@@ -126,7 +126,7 @@ class World:
         return tuple(added)
 
     def reset(self, positions: Mapping[str, float]) -> None:
-        """Restart at rest at joint positions (rad or m), which servos then hold; put a free robot on the floor."""
+        """Reset the simulation to joint positions (rad or m) that servos then hold; put a free robot on the floor."""
         model, data, self.broken = self.model, self.data, ""
         self.mujoco.mj_resetData(model, data)
         for joint in self.joints:
@@ -363,7 +363,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
-    """Return (joint, ends of its motion) for joints with a servo, except wheels; without limits, home +- ``_TURN``."""
+    """Return (joint, range to test in rad or m) for each joint with a servo, except wheels."""
     found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     home = home_of(world.robot).positions
     for joint in (joint for joint in world.joints if joint.name not in wheels):
@@ -378,7 +378,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return joints without an actuator, except casters and rollers; () if an actuator drives another object."""
+    """Return joints without an actuator, except casters and rollers; () if an actuator may move unknown joints."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
     idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]

@@ -191,7 +191,7 @@ class Bodies:
         self.data: Any = mujoco.MjData(self.model)
 
     def rows(self, states: Sequence[Positions], names: Sequence[str] = ()) -> Floats:
-        """Return an array with a row per state: the poses (x y z qw qx qy qz) of the bodies in ``names``, or of all."""
+        """Return an array with a row per state: poses (x y z qw qx qy qz) of the bodies in ``names`` (default: all)."""
         import numpy as np
 
         names, joints = names or self.names, states[0].keys() if states else ()
@@ -240,7 +240,7 @@ class Bodies:
         return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
-        """Return True if two solids touch, not only their hulls, because points of one are inside the other mesh."""
+        """Return True if two solids, and not only their convex hulls, touch: points of one are inside the other."""
         import numpy as np
 
         if all(solid.mesh is None for solid in solids):
@@ -273,11 +273,11 @@ class Scene(Bodies):
         self._points: dict[str, Floats] = {}
 
     def joint_of(self, pair: Pair) -> Joint | None:
-        """Return the joint that connects two links, directly or through fixed joints, or None."""
+        """Return the joint between two links, or between links fixed to them; None if there is no such joint."""
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
-        """Estimate the share (0 to 1) of the volume of ``small`` inside the hulls (``exact``: meshes) of ``large``."""
+        """Estimate the share (0 to 1) of ``small`` inside the hulls (if ``exact``, inside the meshes) of ``large``."""
         import numpy as np
 
         inner, outer = self.solids_of[small], self.solids_of[large]

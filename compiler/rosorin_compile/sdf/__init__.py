@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 
 def _call(module: str, name: str, *arguments: Any) -> Any:
-    """Call a function of a module that is imported only now, because most runs do not need it."""
     return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 

@@ -155,7 +155,7 @@ def joint_names(robot: Robot) -> Mapping[str, str]:
 
 
 def view(robot: Robot, output: Output) -> Robot:
-    """Return the contents to expect in the SDF of a robot: frames, joint limits, masses and collision shapes."""
+    """Return the expected contents of the SDF of a robot: frames, joint limits, masses and collision shapes."""
     followers = version_of(robot, output) in (FOLLOWERS, NEWEST)
     names, world = joint_names(robot), world_of(robot)
     links, joints, form = list[Link](), list[Joint](), str(output.options.get("height_maps", "rows"))
@@ -209,7 +209,7 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
-    """Append XML to the list ``urdf_elements`` of an entry, and return its index in the list."""
+    """Append ``text``, the XML of ``element``, to the list ``urdf_elements`` of an entry, and return the list index."""
     entry.setdefault("urdf_elements", []).append(SourceValue(text, element.span))
     return len(entry["urdf_elements"]) - 1
 
@@ -225,7 +225,7 @@ class KeptElements(NamedTuple):
 
 
 def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> KeptElements:
-    """Assign elements kept as XML to the model, links and joints of the SDF; ``carrier`` is that of ``Content``."""
+    """Assign elements kept as XML to the model, links and joints of an SDF; ``carrier`` maps links to SDF links."""
     found = KeptElements([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
     blocks = list(_elements(robot.urdf_elements, "gazebo"))

@@ -43,7 +43,7 @@ _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, if it is not computed."""
+    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, empty if they were computed."""
 
     transform: Transform
     xyz: Sequence[SourceValue] = ()
@@ -389,7 +389,7 @@ class SdfReader(XmlReader):
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
-        """Return the link that a link, frame, joint or model moves with; None, with a diagnostic, if there is none."""
+        """Return the link that a link, frame, joint or model moves with, or None after an error."""
         if node.kind == LINK:
             return node
         if node in visited or len(visited) > 1000:

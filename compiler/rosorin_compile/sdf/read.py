@@ -237,7 +237,7 @@ class _Robot:
         self.entries.links[link.called]["inertial"] = SourceValue(made, span)
 
     def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
-        """Return (link or one of its frames, pose in it); poses relative to anything else are converted to the link."""
+        """Return (frame, pose in that frame); the frame is ``link`` or, if ``at_frame``, a frame attached to it."""
         written, base, attribute = self.reading.pose(pose), link, models.relative_to(pose)
         if attribute is not None and pose is not None:
             what = f"relative_to of {name_of(pose)}"

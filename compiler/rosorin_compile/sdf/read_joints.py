@@ -1,9 +1,8 @@
 """Import the joints of an SDF, and the frames that are attached to links, as entries of ``joints``.
 
 The members of a body are a link and all frames attached to it. The topmost member is the child of a joint, or else the
-member that the poses of the others are relative to. The parent of another member is the member that its pose is
-relative to, by default the topmost. If the child of a joint does not have its origin on the joint axis, an
-intermediate link is added.
+reference frame of the other poses. The parent of any other member is the reference frame of its pose if that is in the
+body, else the topmost member. If the child of a joint does not have its origin on the joint axis, a link is added.
 """
 
 from typing import Any, NamedTuple
@@ -124,7 +123,7 @@ class Bodies:
                 reading.cannot_carry(name_of(node.element), node.element.span)
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
-        """Return (link or frame at an end of a joint, None for the world; source position), or None after an error."""
+        """Return (node, source position) for an end of a joint, or None after an error; node is None for the world."""
         text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
         if text is None:
             reading.error("missing-element", f"{name} has no <{end}>", node.element.span, f"add <{end}>LINK</{end}>")
@@ -153,7 +152,7 @@ class Bodies:
         return [self._tops[link] for link in self.links if link not in held]
 
     def local_pose(self, node: Node, parent: Node | None) -> WrittenPose:
-        """Return the pose of a node relative to ``parent``, with the numbers in the file if they are relative to it."""
+        """Return the pose of a node relative to ``parent``, as in the file if ``parent`` is its reference frame."""
         above = self.pose(parent)
         if self.reading.base_pose(node) == above:
             return node.written
@@ -232,7 +231,7 @@ class Joints:
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[SourceValue] | None] | None:
         """Return (axis in the joint frame, numbers in the file or None if converted), or None after an error.
 
-        Before SDF 1.5, an axis is in the frame of the model; up to SDF 1.6, only if use_parent_model_frame is true.
+        Up to SDF 1.6, an axis is in the model frame if use_parent_model_frame is true, the default up to SDF 1.4.
         """
         xyz = None if axis is None else self.reading.single(axis, "xyz")
         numbers = None if xyz is None else self.reading.all_of(xyz, 3)

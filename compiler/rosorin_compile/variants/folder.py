@@ -65,7 +65,7 @@ class VariantsFolder:
             return {"key": "", "inputs": {}, "entry": {"artifacts": {}}}
 
     def is_intact(self, name: str, artifacts: Mapping[str, str]) -> bool:
-        """Return True if all artifacts of a variant exist and have these digests (by file name)."""
+        """Return True if a variant has all files in ``artifacts``, with unchanged contents (digests by file name)."""
         with suppress(OSError):
             return all(digest((self.path / name / file).read_bytes()) == d for file, d in artifacts.items())
         return False
@@ -116,7 +116,7 @@ class VariantsFolder:
 
     @contextmanager
     def index(self, head: Mapping[str, object]) -> Iterator[Callable[[Mapping[str, Any]], object]]:
-        """Write ``sweep.json``: yield a function to add the entry of a variant, and replace the file at the end."""
+        """Write ``sweep.json``: yield a function that adds the entry of a variant, and replace the file on exit."""
         new, place, before = self._hidden / "new-index.json", self.path / INDEX, iter(["\n"])
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps({"sweep": 1, **head})[:-1] + ', "variants": [')

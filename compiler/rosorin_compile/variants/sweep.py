@@ -91,8 +91,8 @@ def sweep(
 class WrittenVariants:
     """The result of ``write_sweep``: the number of variants by status; `sweep.json` lists the variants.
 
-    If the sweep stopped before the last variant, ``complete`` is False and ``diagnostics`` has the reason. It also has
-    the errors of the first variants; `sweep.json` has all errors.
+    If the sweep stopped before the last variant, ``complete`` is False and ``diagnostics`` has the reason, besides
+    the errors of the first variants. All errors are in `sweep.json`.
     """
 
     description: str
@@ -188,7 +188,6 @@ class _Writer:
         self.remarks: dict[str, tuple[str, int]] = {}  # JSON: (first variant, number of variants)
 
     def run(self, jobs: int | None, dask: str) -> None:
-        """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
         path, shared = self.job.request.description.path, self.job.shared
         head: dict[str, Any] = {"tool": __version__, "description": os.path.relpath(path, self.folder.path)}
         head |= {"arguments": plain(shared)} if shared else {}
@@ -223,7 +222,6 @@ class _Writer:
         return record["entry"] if is_intact else None
 
     def _write(self, variant: Variant, result: Result | Diagnostic) -> dict[str, Any]:
-        """Write a compiled variant, and return its entry. Raises OutputError if the folder is not writable."""
         if isinstance(result, Diagnostic):
             result = Result(entry_of(variant, [result], {}), {}, {})
         try:

@@ -82,7 +82,6 @@ class Variants:
 
     @cached_property
     def _files(self) -> list[Path]:
-        """The variant files in a folder, sorted by name. Raises OSError."""
         found = [path for path in sorted(self.path.iterdir()) if path.name.lower().endswith(TREES)]
         return [path for path in found if files.is_file(path) and not path.name.startswith(".")]
 

@@ -87,7 +87,10 @@ class Pictures:
         self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
-        """Add two compared robots to the page if both can be shown; names of the second may start with ``prefix``."""
+        """Add two compared robots to the page if both can be shown.
+
+        ``prefix`` is the prefix of all names in the second robot, "" for none, or None to detect it.
+        """
         first, second = (load(request)[0] for request in requests)
         if first is None or second is None:
             return
@@ -141,7 +144,6 @@ def _entry(text: str, frame: str, artifacts: Sequence[str], colours: Data | None
 
 
 def _colours(was: object, became: object) -> Data:
-    """Return {"was": colour, "is": colour}, as red, green, blue and alpha, or None if a value is not a colour."""
     texts = {"was": str(was).split(), "is": str(became).split()}
     return {key: [*map(float, numbers)] if len(numbers) == 4 else None for key, numbers in texts.items()}
 

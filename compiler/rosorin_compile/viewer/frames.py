@@ -121,10 +121,7 @@ def frames(
 
 
 def _draw(found: Frames, robot: Robot, output: str, force: bool) -> Frames:
-    """Write all trees to an SVG file, or each tree to a file if ``output`` is a folder (or ends with "/").
-
-    ``force`` replaces files that this tool did not write. Raises RequestError.
-    """
+    """Write all trees to an SVG file, or one SVG per tree if ``output`` is a folder (or ends with "/")."""
     target = Path(output)
     folder = output.endswith(("/", os.sep)) or target.is_dir()
     if not folder and target.suffix.lower() != ".svg":
@@ -164,7 +161,7 @@ _GAP = "  "
 
 
 class Look(NamedTuple):
-    """Options for text: use ASCII only, colour these publishers (if any), limit the width in columns (0: no limit)."""
+    """Options for text output: ASCII only, publishers to colour (if any), maximum width in columns (0: no limit)."""
 
     ascii: bool = False
     publishers: Sequence[str] = ()

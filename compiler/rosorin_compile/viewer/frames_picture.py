@@ -51,7 +51,6 @@ class TooMany(RequestError):
     """Raised if the frames depend on too many modes, or have too many different trees, for a picture."""
 
     def __str__(self) -> str:
-        """Return the message, with a hint to select modes."""
         return f"{self.args[0]}; name modes: --mode NAME"
 
 

@@ -53,7 +53,10 @@ class Overlay(NamedTuple):
 
 
 def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
-    """Return the overlay of the first robot on the second; names of the second robot may start with ``prefix``."""
+    """Return the overlay of the first robot on the second.
+
+    ``prefix`` is the prefix of all names in the second robot, "" for none, or None to detect it.
+    """
     a, b = difference.sides
     pairing = pair_sides(a, b, difference.tolerance, prefix)
     first, second = pairing.a.robot, pairing.b.robot
@@ -88,8 +91,8 @@ def moves(
 ) -> Overlay:
     """Compare the links of two versions of a robot by name, and return an overlay of the old version.
 
-    Differences within ``tolerance`` (m, rad) or the number formats ``precisions`` are ignored, and so are the links in
-    ``unknown``, which one of the file formats cannot represent.
+    Differences within ``tolerance`` (m, rad) or within the rounding of the files (``precisions``) are ignored, and so
+    are the links in ``unknown``, which one of the file formats cannot represent.
     """
     tolerance = max(tolerance, _LEAST)
     a, b = Bodies(old, precisions[0]), Bodies(new, precisions[1])
@@ -134,9 +137,9 @@ def moves(
 
 
 def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate: str | None = None) -> list[Shape]:
-    """Return the shapes of a link in robot ``a`` without an equal shape in ``b`` on ``mate`` or links fixed to it.
+    """Return the shapes of link ``name`` in robot ``a`` that robot ``b`` lacks in link ``mate`` and links fixed to it.
 
-    ``mate`` is the same link by default; if it is "", return all shapes.
+    By default, ``mate`` is ``name``. If ``mate`` is "", there is no such link, and all shapes are returned.
     """
     pieces, around = _pieces(a, name, purpose), list[Solid]()
     mate = name if mate is None else mate

@@ -95,7 +95,7 @@ def on_disk(shown: RobotView, embedding: EmbeddedFiles | None) -> Data:
 
 
 def nameless(data: Data, named: Iterable[Path] = ()) -> Data:
-    """Replace absolute paths in JSON data, also those in ``named``, with relative paths or file names."""
+    """Replace absolute paths in JSON data with relative paths or file names; ``named`` are further paths to replace."""
     places = [entry["where"]["file"] for entry in (*data["links"], *data.get("warnings", ())) if "where" in entry]
     here, names = Path.cwd(), dict[str, str]()
     for path in map(Path, dict.fromkeys([*places, *map(str, named)])):

@@ -220,7 +220,6 @@ class _Handler(BaseHTTPRequestHandler):
         self._json(self.server.page.touching(state))
 
     def _events(self) -> None:
-        """Send the version of the page now and after each change, until the browser closes the connection."""
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1
@@ -332,7 +331,6 @@ class LiveRobot:
             return shown.explain(frame)
 
     def _contacts_of(self, shown: RobotView) -> Callable[[Mapping[str, Any]], list[list[str]]]:
-        """Return a function that finds the pairs of links that overlap at joint positions (rad or m)."""
         engine = self.contacts(shown)
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:

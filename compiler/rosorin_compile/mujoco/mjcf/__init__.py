@@ -1,7 +1,7 @@
 """MJCF, the format of MuJoCo.
 
-Writing: ``write`` and ``write_elements`` format the file. ``servos`` has the actuators, ``bodies`` names and groups,
-``contacts`` the contact pairs and excludes, ``unsupported`` the checks. ``read_back`` parses a generated file.
+Writing: ``write`` and ``write_elements`` format the file. ``servos`` collects the actuators, ``bodies`` assigns names
+and groups, ``contacts`` computes contact pairs and excludes. ``read_back`` parses a generated file.
 
 Importing: MuJoCo loads the file in a child process (``process``, ``engine``), which also compares the result with the
 source (``compare_models``). ``robot``, ``links`` and ``shapes`` create the description (state: ``import_state``).
@@ -23,12 +23,11 @@ if TYPE_CHECKING:
 
 
 def _lazy(module: str, name: str) -> Callable[..., Any]:
-    """Return a function that imports ``module`` when it is called, and calls its function ``name``."""
     return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
-    """Return True if a frame of the MJCF is only a site or camera of a sensor in ``described``, the description."""
+    """Return True if link ``name`` of an imported MJCF is only the site or camera of a sensor in ``described``."""
     link, joint = robot.link[name], robot.joint_to.get(name)
     if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
         return False

@@ -25,7 +25,7 @@ from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
 
 WORLD = "world"  # the root body of MuJoCo
-# Attributes that a <pair> has besides its geoms if it only enables a contact (condim 1: without friction).
+# Attributes, besides the geoms, of a <pair> that only enables a contact (condim 1: without friction).
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
 # Suffixes of the MuJoCo joints that represent one planar or floating joint, as in MuJoCo's URDF importer.
@@ -34,9 +34,9 @@ FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
 # The default stiffness of the equality constraint of a mimic joint.
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
-# Last part of the names of the MJCF default classes, which ``Classes`` creates.
+# Suffixes of the names of the MJCF default classes, which ``Classes`` creates.
 VISUAL, COLLISION = "visual", "collision"
-WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``Masks``)
+WHEEL = "wheel_collision"  # collision geoms of wheels, which collide only with the floor (``ContactBits``)
 # Collision geoms of links without visuals. They are in the group of the visuals, so that viewers show them.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
 FRAME = "frame"  # sites at link frames, which viewers draw as dots when group 4 is enabled
@@ -86,7 +86,7 @@ def is_free(robot: model.Robot, joint: model.Joint) -> bool:
 
 @of_robot
 def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
-    """Group the links that are fixed to each other: lists in tree order, by the name of the topmost link."""
+    """Map the topmost link of each rigid group (links joined by fixed joints) to the links of the group, in order."""
     top, groups = dict[str, str](), dict[str, list[str]]()
     for name in (link.name for link in robot.walk()):
         joint = robot.joint_to.get(name)
@@ -238,7 +238,7 @@ def range_of(joint: model.Joint) -> tuple[float, float] | None:
 
 
 def leader_of(robot: model.Robot, joint: model.Joint) -> model.Joint:
-    """Return the joint that a chain of mimic joints finally follows, or the joint itself if it is no mimic joint."""
+    """Return the end of the chain of mimic joints that starts at ``joint``, or ``joint`` if it is not a mimic joint."""
     while joint.mimic is not None:
         joint = robot.joint[joint.mimic.joint]
     return joint
@@ -258,11 +258,11 @@ def nearest_to_zero(robot: model.Robot) -> dict[str, float]:
 
 
 def resting_pose(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds) -> model.Pose:
-    """Return the pose in the world of the root link of a robot with a free base.
+    """Return the world pose of the root link of a robot with a free base.
 
-    It is the base pose in ``pose``, else the root pose in the description. By default, the robot is upright with its
-    lowest collision shape at z = 0, or at the origin if the size of a mesh is unknown. ``clouds`` returns the vertices
-    of a mesh.
+    Use the base pose in ``pose`` or else the root pose in the description. If neither is set, the robot is upright
+    with its lowest collision shape at z = 0, or with its root at the origin if the size of a mesh is unknown.
+    ``clouds`` returns the vertices of a mesh.
     """
     if pose.base is not None:
         return pose.base

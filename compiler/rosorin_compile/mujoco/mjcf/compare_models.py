@@ -114,7 +114,7 @@ class Model:
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
     def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
-        """Return (kind, id) for each object that a field of an object refers to; the kind is "" for plain numbers."""
+        """Return (kind, id) for each object that ``field`` of an object refers to, or ("", number) for a number."""
         numbers: list[float] = np.atleast_1d(self.value(field, extent, index)).tolist()
         by, *enumerations = _REFERENCES[field]
         if not enumerations:
@@ -390,7 +390,7 @@ class Comparison:
                 self.report("order", -1, kind, f"the {kind}s are in another order in ours")
 
     def moves_alike(self) -> bool:
-        """Return True if no difference that was found can affect motion."""
+        """Return True if none of the reported differences affects the motion of the robot."""
         lost = [one for one in self.differences if one.kind in _SCENE and one.text.endswith(": is not in ours")]
         return all(one in lost or _STILL.fullmatch(f"{one.kind} {one.field}") for one in self.differences)
 
@@ -450,9 +450,9 @@ def _same_position(one: Any, other: Any) -> bool:
 
 
 def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
-    """Return a boolean matrix (n, n), True where two of the n geoms can be in contact.
+    """Return a boolean matrix (n, n) that is True where two of the n geoms can be in contact.
 
-    That depends on contact bits, MuJoCo's parent filter, and the exclude and pair elements.
+    The contact bits, MuJoCo's parent filter, and <exclude> and <pair> elements are taken into account.
     """
     index = np.array(geoms, dtype=int)
     kind, affinity, body = mj.geom_contype[index], mj.geom_conaffinity[index], mj.geom_bodyid[index]

@@ -1,14 +1,14 @@
-"""Compute the ``<exclude>`` elements for links that must not collide, and the ``<pair>`` elements for shapes that may.
+"""Compute the ``<exclude>`` elements for links that must not collide, and the ``<pair>`` elements for shapes that can.
 
 By default, MuJoCo filters all contacts between two groups of welded bodies that a joint connects, if both can move.
-That is too much: a camera fixed to the wrist can collide with the gripper. ``<pair>`` elements bypass the filter.
+This filters too much: a camera fixed to the wrist can collide with the gripper. ``<pair>`` elements bypass the filter.
 Therefore, for each joint,
 
 - the two links that it connects are excluded, because a simulation would push overlapping links apart; so are links
   that touch at zero, in each named pose and over the range of the joint, and links with meshes (not read here);
 - for all other links, each pair of shapes that the joint can bring into contact is written, without friction.
 
-Links that cannot collide because of their contact bits (``Masks``) need neither. The result is the same for a fixed
+Links that cannot collide because of ``ContactBits`` need neither element. The result is the same for a fixed
 and a free base, because a robot can be attached to another robot. Distances of convex shapes are computed with GJK
 (E. Gilbert, D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects in
 three-dimensional space", 1988).
@@ -48,7 +48,7 @@ _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Solid:
-    """A convex shape with its bounding sphere (m). Spheres and capsules are points and lines with radius ``margin``."""
+    """A convex shape with its bounding sphere (m). Spheres and capsules are points or lines of radius ``margin``."""
 
     def __init__(self, shape: Shape, ball: Ball) -> None:
         self.shape, self.middle, self.radius, self.origin = shape, ball.middle, ball.radius, shape.origin().transform()
@@ -137,7 +137,7 @@ def _closest(simplex: Sequence[Vector]) -> tuple[Vector, list[Vector]]:
 
 
 def _foot(face: Sequence[Vector]) -> Vector | None:
-    """Return the projection of the origin onto a point, segment or triangle, or None if it is outside."""
+    """Return the projection of the origin onto a point, segment or triangle, or None if the projection is outside."""
     if len(face) == 1:
         return face[0]
     a, b, *_ = face

@@ -35,7 +35,7 @@ def legal(name: str) -> str:
 
 
 def put_value(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
-    """Set a key of an entry; the source position is ``span``, else that of the value, else that of the entry."""
+    """Set a key of an entry. ``span`` is the source position, by default that of the value, or else of the entry."""
     place = span or getattr(value, "span", None) or entry.span
     entry.put(key, value, place, place)
 
@@ -56,7 +56,10 @@ def map_entry(values: Mapping[str, Any], element: Element) -> Map:
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
-    """Set a key to a number, at the position of item ``at`` in the attribute if equal, else of the element."""
+    """Set a key of an entry to a number.
+
+    Its source position is that of item ``at`` in ``attribute`` if the item has this value, else that of ``element``.
+    """
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
     entry.put(key, plain(value), element.span, word[0].span if word and _equals(word[0].text, value) else element.span)
@@ -87,7 +90,7 @@ def put_inner(entry: Map, key: str, value: Any) -> None:
 
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
-    """Create a list of numbers at the source position of each number in the attribute, or else of the element."""
+    """Create a list of numbers, with their source positions in ``attribute`` if the values are equal there."""
     own = element.attributes.get(attribute)
     words = own.words() if own else []
     exact = len(words) == len(values) and all(map(_equals, (word.text for word in words), values))
@@ -236,7 +239,7 @@ def tidy_vector(values: Iterable[float]) -> Vector:
 
 
 def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:
-    """Convert a position (m) and a quaternion (w, x, y, z) of any length, or None, to a transform."""
+    """Create a transform from a position (m) and a quaternion (w, x, y, z) of any length (None: no rotation)."""
     x, y, z = pos
     return Transform(xyz=(x, y, z)) if quat is None else Transform.of_quaternion((x, y, z), quat)
 

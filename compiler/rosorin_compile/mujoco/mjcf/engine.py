@@ -60,7 +60,7 @@ def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
 
 
 def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
-    """Compile an MJCF; return the model as a dict, or a dict with an error message (``refused``); add ``warnings``."""
+    """Compile an MJCF and return a dict: the compiled model or the error ("refused"), and MuJoCo's "warnings"."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -233,7 +233,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
 def apply_classes(root: Any, complete_lists: bool = True) -> None:
     """Copy the attributes of default classes to the elements below ``root``, an ``ElementTree.Element``.
 
-    Like MuJoCo, append the last numbers of a longer list in the class, unless ``complete_lists`` is false.
+    Like MuJoCo, complete lists of numbers that are shorter than in the class, unless ``complete_lists`` is false.
     """
     join = _merged if complete_lists else lambda usual, own: {**usual, **own}
     classes: dict[str, dict[str, Mapping[str, str]]] = {}
@@ -260,7 +260,7 @@ def apply_classes(root: Any, complete_lists: bool = True) -> None:
 
 
 def _elements(root: Any) -> dict[str, Any]:
-    """Convert MuJoCo's XML to nodes (see ``convert``): by name for bodies and ``HELD``, as lists for sections."""
+    """Convert MuJoCo's XML to nodes (see ``convert``): bodies and their contents by name, sections as lists."""
     apply_classes(root)
     made: dict[str, Any] = {kind: {} for kind in (*HELD, "bodies")}
     kind_of = {tag: kind for kind, tags in HELD.items() for tag in tags}

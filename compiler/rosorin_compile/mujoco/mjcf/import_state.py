@@ -293,7 +293,7 @@ class ImportState:
     def put_words(
         self, entry: Map, attributes: Attributes, kind: str, element: Element, what: str, words: Words = None
     ) -> None:
-        """Set keys of an entry from attributes, and report the attributes of ``what`` that have no key."""
+        """Set keys of an entry from attributes, and report attributes without a key; ``what`` names the element."""
         for name in convert.put_words(entry, attributes, kind, element, words):
             self.report_lost(f'"{name}" of {what}', element.span)
 

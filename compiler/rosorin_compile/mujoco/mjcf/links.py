@@ -186,7 +186,7 @@ def add_joints(state: ImportState) -> None:
 
 
 def add_root(state: ImportState) -> None:
-    """Add the section ``root``: the world is the root link, or the pose and free joint of the only top-level body."""
+    """Add the section ``root``: ``world: true`` if the root is the world, else the pose and free joint of the root."""
     if state.ground:
         convert.put_value(state.tree, "root", convert.map_entry({"world": True}, state.places.body(0)))
         return
@@ -404,7 +404,7 @@ def _fill(
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
-    """Return (actuator type that the attributes of a <general> are equivalent to, its gains, other attributes)."""
+    """Return (type, gains, other attributes) of the actuator that is equivalent to a <general> with ``attributes``."""
     (kp, *gain), bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0] * 3)
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0: off

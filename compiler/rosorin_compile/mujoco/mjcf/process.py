@@ -132,7 +132,7 @@ def prove(imported: ImportedRobot, text: str, meshes: Mapping[str, str], seconds
 
 
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
-    """Run a job of ``engine`` in a child process; return its result, or an Answer if the process failed."""
+    """Run a job of ``engine`` in a child process and return its result, or an Answer if the process failed."""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         file, answer = Path(folder, "request.json"), Path(folder, "answer.json")
         file.write_text(json.dumps(request), encoding="utf-8")

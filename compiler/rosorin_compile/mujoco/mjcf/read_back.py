@@ -59,7 +59,7 @@ def read(text: str) -> Mjcf:
 
 
 def view(robot: model.Robot, output: model.Output) -> Mjcf:
-    """Return the contents to expect in the MJCF of a robot: frames, joint limits, masses and collision shapes."""
+    """Return the expected contents of the MJCF of a robot: frames, joint limits, masses and collision shapes."""
     links = []
     for link in robot.links:
         shapes = collision_solids(link, output)

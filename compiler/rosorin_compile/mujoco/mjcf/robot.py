@@ -223,7 +223,7 @@ def _keep_named(state: ImportState, section: str, index: int, node: convert.Node
 
 
 def _keep_of_scene(state: ImportState, kind: str, name: str) -> None:
-    """Keep a site or geom of the world as XML, because the robot refers to it, unless it is imported."""
+    """Keep as XML a site or geom of the world that the robot refers to, unless it is imported."""
     for index, thing in enumerate(state.facts[f"{kind}s"] if kind in ("site", "geom") else ()):
         is_left = not state.ground or (kind == "geom" and is_scene(thing))
         if is_left and thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in state.of_scene:
@@ -234,7 +234,7 @@ def _keep_of_scene(state: ImportState, kind: str, name: str) -> None:
 
 
 def add_sensors(state: ImportState) -> None:
-    """Import sensors, one entry for all of the same type at the same site; keep sensors of other types as XML."""
+    """Import sensors, with one entry per type and site, and keep sensors of unsupported types as XML."""
     nodes, sites = state.facts["elements"]["sensors"], {site["name"]: site for site in state.facts["sites"]}
     elements = state.elements_of("sensor", nodes)
     groups: dict[tuple[str, str, str], list[_Measured]] = {}

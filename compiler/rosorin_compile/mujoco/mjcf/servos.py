@@ -30,7 +30,7 @@ class Drive(NamedTuple):
 
 
 def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
-    """Return all actuators in the order of the MJCF: as listed in the output options, then ``joints``, then others."""
+    """Return all actuators in MJCF order: first those in the output options, then those of ``joints``, then others."""
     moved = [(joint, joint.actuator) for joint in joints if joint.actuator and joint.moves]
     made = [Drive(own.name or joint.name, own, joint, True) for joint, own in moved]
     made += [Drive(one.name, one, robot.joint.get(one.targets.get("joint", "")), False) for one in robot.actuators]
@@ -73,7 +73,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return the control range of an actuator (of servos in rad, m, rad/s or m/s), or None if it is unlimited."""
+    """Return the control range of an actuator (for servos in rad, m, rad/s or m/s), or None if it is unlimited."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None

@@ -99,7 +99,7 @@ def _colour(thing: Thing) -> list[float]:
 
 
 def whole_geom(state: ImportState, geom: Thing) -> convert.Node:
-    """Return a geom as a node to keep as XML, without mass; a mesh has the pose of the frame of its file."""
+    """Return a geom without mass as an XML node; the pose of a mesh is that of its file, not of its principal axes."""
     node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):
@@ -137,7 +137,7 @@ def _is_carried(state: ImportState, geom: Thing) -> bool:
 
 
 def is_scene(geom: Thing) -> bool:
-    """Return True if a geom is a plane or height field of the world, and so the ground of the scene."""
+    """Return True if a geom is part of the scene, not of the robot: a plane or height field of the world."""
     return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
 
 

@@ -78,7 +78,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
-    """Return the position limits of a joint (rad or m), or None if it has none or never moves."""
+    """Return the position limits of a joint (rad or m), or None if the joint has no limits or never moves."""
     limit = joint.limit if joint.moves else None
     if joint.type == "continuous" or limit is None:
         return None

@@ -329,7 +329,7 @@ class _Geoms:
 
 
 def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
-    """Return (names by (link, purpose, number), names by LINK_PURPOSE_NUMBER of geoms named after their shape)."""
+    """Return (geom names by (link, purpose, number), geom names by default name LINK_PURPOSE_NUMBER if they differ)."""
     places: dict[tuple[str, str, int], str] = {}
     first = dict[str, str]()
     for purpose, link in product((bodies.COLLISION, bodies.VISUAL), robot.links):

@@ -97,7 +97,10 @@ class Classes:
         return attributes(name=element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
-        """Return the root class and its child classes for the purposes ``used``; ``groups`` maps purposes to groups."""
+        """Return the root class with a child class for each purpose in ``used``.
+
+        ``rolls`` is true if the wheels collide only with the floor; ``groups`` maps purposes to geom groups.
+        """
 
         def named(purpose: str, tag: str, values: Texts, classes: Sequence[Class] = ()) -> Class:
             return Class(self.class_name(purpose), [Part(tag, attributes(**values))], classes)
@@ -282,7 +285,7 @@ class ElementPrinter:
         return Part(mark.tag, attributes(name=mark.name, **place) + self.print_values(values))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
-        """Return the attributes in the sections ``contact`` and ``mjcf`` of a shape."""
+        """Return the attributes in the sections ``contact`` (only of a collision shape) and ``mjcf`` of a shape."""
         contact = shape.contact.values if shape.contact is not None and purpose == "collision" else {}
         bits = {word: contact.get(word) for word in bodies.BITS}  # put the contact bits first
         return self.texts({**bits, **contact, **shape.mjcf})

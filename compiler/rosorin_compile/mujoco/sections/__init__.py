@@ -91,7 +91,7 @@ _LACKING = {"position": "kp", "velocity": "kv", "damper": "kv", "intvelocity": "
 
 
 class Driver(NamedTuple):
-    """An actuator, its name in messages, its path in the description, and the joint whose entry has it, or None."""
+    """An actuator, its name in messages and its path; ``joint`` is the joint whose entry defines it, or None."""
 
     actuator: Actuator
     called: str
@@ -199,7 +199,7 @@ def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 
 @Check
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Report negative values of actuators and the root, and of joints where other rules do not."""
+    """Report negative values of actuators and the root, and those values of joints that no other rule checks."""
     for (entry, path, called), key in product(_entries(case), _SIZES):
         value, is_in_joint = entry.get(key, 0.0), path[0] == "joints" and len(path) > 2
         if isinstance(value, (int, float)) and value < 0 and (key == "damping_ratio" or not is_in_joint):

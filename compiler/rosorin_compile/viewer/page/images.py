@@ -184,7 +184,7 @@ def companions(mesh: Path) -> tuple[list[ReferencedFile], dict[str, str]]:
 def _homes(mesh: Path) -> list[Path]:
     """Return the folders that may contain files of a mesh: one for the mesh and, if it is a symlink, for its target.
 
-    This is the project, else the ROS package, else the parent of a folder ``meshes``, else the folder of the mesh.
+    Each is the project, else the ROS package, else the parent of a folder ``meshes``, else the folder of the mesh.
     """
     found = []
     for file in dict.fromkeys((files.resolve(mesh.parent) / mesh.name, files.resolve(mesh))):

@@ -27,7 +27,7 @@ BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 
 class Setting(NamedTuple):
-    """A parameter value, or None if unknown, with its position; ``given`` is False for a default value."""
+    """The value of a parameter (None if unknown) and its position; ``given`` is False for a default value."""
 
     value: Any
     span: Span
@@ -79,7 +79,7 @@ class Node:
         return full_topic(name, self.namespace, self.name)
 
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-        """Return True if this node is a publisher of the description, because its name or package matches."""
+        """Return True if this node is the node ``publisher`` of the description; see ``node_kinds.is_of``."""
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
@@ -109,7 +109,7 @@ def nodes_in_files(
             words = section.name.strip("/").split("/")
             plain = [word for word in words if word not in ("*", "**")]
             if plain != words and any(map(section.matches, exact)):
-                continue  # this section applies to nodes that are named in the same file
+                continue  # a wildcard for nodes that are named in this file, not another node
             is_full = plain == words and (len(words) > 1 or not space)
             full = section.name if is_full else f"/{'/'.join([*space, *plain])}"
             diagnostics += [_reaches_nobody(section, full)] if not section.matches(full) else []
@@ -181,7 +181,7 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
-    """Validate the parameters of a node. If its kind is unknown, only plugins without a type are reported."""
+    """Validate the parameters of a node. If its kind is unknown, only report plugins whose type is not set."""
     for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
         setting = node.setting(key)
         names = setting.value if setting.given and isinstance(setting.value, list) else ()

@@ -49,7 +49,7 @@ class Graph:
     starts: tuple[str, ...] = ()
 
     def publishers(self, end: End) -> list[End]:
-        """Return all publishers on the topic of a subscriber, including publishers of other message types."""
+        """Return all publishers on the topic of ``end``, including publishers of other message types."""
         return [one for one in self.published if one.topic == end.topic]
 
     def readers(self, end: End) -> list[End]:

@@ -282,7 +282,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of a description file with a height map replaced. Raises ExtractProblem if that is impossible."""
+    """Return the text of the file of ``entry`` with its height map replaced. Raises ExtractProblem if impossible."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method, "step": new.step}
     if "step" not in old and new.step == new.cell:

@@ -134,7 +134,7 @@ def is_xacro(document: Document, path: Path) -> bool:
 def _only_left_over(document: Document, path: Path) -> bool:
     """Return True if a .urdf file is expanded, except for leftover xacro elements, which URDF parsers ignore.
 
-    The file must have links, and no expressions outside of xacro elements. Calls to undefined macros are leftover, too.
+    The file must have links, and no expressions outside of xacro elements. Calls to undefined macros count as leftover.
     If the xacro prefix is not declared, xacro cannot read the file at all.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):

@@ -168,7 +168,7 @@ class Program(Expansion):
         return self.own_extension(f"$({kind} {rest})".replace(" )", ")"))
 
     def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
-        """Evaluate the expressions and substitutions in a string, as xacro does."""
+        """Evaluate the expressions and substitutions in a string; if ``inner``, return a string with ``TOKEN``s."""
         results: list[Any] = []
         lexer = self.xacro.QuickLexer(self.xacro.LEXER)
         lexer.lex(text)

@@ -284,7 +284,7 @@ class _Search:
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
-    """Return (combinations to compare, defaults first; total number of combinations)."""
+    """Return (combinations to compare, total number of combinations); the defaults come first."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
     total = math.prod(map(len, several.values()))
     if total <= MAX_COMBINATIONS:

@@ -339,7 +339,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Report published transforms that are not in ``edges``, and transforms in ``edges`` that no node publishes."""
+    """Report transforms in ``found`` that are not in ``edges``, and transforms in ``edges`` that no node publishes."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers, speaking = case.robot.publishers, [claim for claim in found if not claim.silent]
     explained: set[str] = set()
@@ -408,7 +408,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Validate frame names in parameters, except the frames of published transforms (see ``check_edges``)."""
+    """Validate frame names in parameters, except the frames of the transforms ``found`` (see ``check_edges``)."""
     speaking = [claim for claim in found if not claim.silent]
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in speaking]
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}

@@ -39,7 +39,7 @@ class MatrixDigests(NamedTuple):
 
 @of_robot
 def planning_model(robot: Robot) -> PlanningModel | None:
-    """Return the robot as MoveIt loads it, or None if no output is a URDF for the SRDF."""
+    """Return the robot as MoveIt loads it, or None if there is no URDF output that MoveIt can load."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
     name = robot.moveit.urdf if robot.moveit is not None else ""
     published = [output for output in urdfs if output.options.get("frames", "published") == "published"]

@@ -207,7 +207,7 @@ def _check_options(
     name: str | None,
     meshes: str | None,
 ) -> _Package | None:
-    """Validate files and options; return the ROS package at ``into``, or None if not set. Raises RequestError."""
+    """Validate files and options; return the ROS package at ``into``, or None without ``into``. Raises RequestError."""
     for path in (source, *companions.values()):
         try:
             if path is not Description.ON_STDIN and (is_folder(path) or not exists(path)):

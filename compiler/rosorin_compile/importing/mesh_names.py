@@ -27,9 +27,9 @@ def rename_files(
 ) -> tuple[Map, list[Diagnostic], str | None]:
     """Rename meshes and textures so that the description refers to the same files as the source.
 
-    Returns (description, diagnostics, prefix that was added to relative names or None). ``folder`` is the folder of the
-    description, ``meshes`` the prefix from ``--meshes``. With ``keeps``, names do not change, because macros generate
-    them; if a file is outside the source folder, the prefix is the path from the artifacts to the source.
+    Returns (description, diagnostics, prefix added to relative names, or None). The description is in ``folder``;
+    ``meshes`` is the prefix from ``--meshes``. With ``keeps``, names do not change, because macros generate them; if a
+    file is outside the source folder, the prefix is the path from the artifacts to the source.
     """
     place = tree.value_spans.get("robot", tree.span)
     searched = Places(source, source.parent, packages, os.environ).search(tree, relative=meshes is None)

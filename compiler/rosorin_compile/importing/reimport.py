@@ -61,7 +61,7 @@ def _text(path: Path) -> str:
 def read_record(folder: Path, words: Sequence[str]) -> dict[str, str] | None:
     """Return the text of each file as written by the last import, or None if records are missing or damaged.
 
-    Raises RequestError if a record cannot be read, or if the last import had a different source or different arguments.
+    Raises RequestError if a record cannot be read, or if its source or arguments differ from those in ``words``.
     """
     try:
         first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")

@@ -92,7 +92,7 @@ def _round_trip(
     if before is None or made is None:
         return trip._replace(diagnostics=[_differs("the description cannot be compared with the source", [])])
     found = [] if plain is None else _element_changes(before, made)
-    if plain is not None:  # skip converted elements, already compared as XML
+    if plain is not None:  # skip converted elements, because they were already compared as XML
         names = ("urdf_elements", "sensors", "edges", "publishers", "control")
         made_plain = replace(made, **{name: getattr(before, name) for name in names})
     found += model_differences(before, made if plain is None else made_plain, 0.0)

@@ -1,4 +1,4 @@
-"""Build the ROS graph of a robot, the nodes that its package starts and their topics, and find unconnected topics."""
+"""Build the ROS graph of a robot (the nodes that its package starts, and their topics); find unconnected topics."""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -41,7 +41,7 @@ class End:
 
 @dataclass
 class Graph:
-    """ROS nodes with their publishers and subscribers; ``nodes`` maps names to "node", or "driver" if external."""
+    """ROS nodes, their publishers and subscribers; ``nodes`` maps names to "node" or, for sensor drivers, "driver"."""
 
     nodes: dict[str, str] = field(default_factory=dict)
     published: list[End] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Graph:
     starts: tuple[str, ...] = ()
 
     def publishers(self, end: End) -> list[End]:
-        """Return all publishers on the topic of a subscriber, including publishers of other message types."""
+        """Return all publishers on the topic of ``end``, including publishers of other message types."""
         return [one for one in self.published if one.topic == end.topic]
 
     def readers(self, end: End) -> list[End]:
@@ -100,7 +100,7 @@ def source_message(values: Mapping[str, Any]) -> str:
 
 
 def graph_of(robot: Robot, starts: Sequence[str]) -> Graph:
-    """Build the graph of the nodes that a package starts; ``starts`` are "control", "moveit" and "nav2"."""
+    """Build the graph of the nodes that a package starts; ``starts`` may contain "control", "moveit" and "nav2"."""
     made, first = Graph(starts=tuple(starts)), {output.backend: output for output in reversed(robot.outputs)}
     control, navigation = first.get("controllers"), first.get(NAV2) if NAV2 in starts else None
     namespace = namespace_of(control) if control else ""

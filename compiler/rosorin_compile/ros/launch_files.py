@@ -149,7 +149,7 @@ def _python(source: Source) -> Iterator[LaunchNode]:
         if function is None:
             yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
             continue
-        # A node in a helper function is started once for each call of the function.
+        # A node in a helper function is started once for each call to the function.
         uses: list[Any] = [use for use, _ in calls if ast.unparse(use.func) == function.name]
         for use in uses or [None]:
             scope, place = _constants(function, _bind(function, use, names)), use or call

@@ -101,7 +101,7 @@ def kind_of(publisher: Publisher) -> str:
 
 
 def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
-    """Return the kinds (AMCL, SLAM, FILTER or "") of nodes that publish map -> odom when the robot is in no mode."""
+    """Return the kinds (AMCL, SLAM, FILTER or "") of nodes that publish map -> odom when all modes are off."""
     edges = [robot.edges[int(lead.path[-1])] for lead in frames.leads if lead.child == frames.odom]
     off = dict.fromkeys(modes_in(robot, [edge.when for edge in edges]), False)
     return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}

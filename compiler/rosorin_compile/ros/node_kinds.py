@@ -35,9 +35,9 @@ _VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
 class Key(NamedTuple):
     """A parameter of a kind of node; variables in its name, such as <n> in ``odom<n>``, match any number or word.
 
-    ``valid`` maps validators to their arguments. ``only`` are the distributions that have the parameter; ``stock`` are
-    the distributions whose default plugin has it. ``frame`` is the role of a frame name, or "" for other values.
-    ``forced`` is a value that cannot be changed. If ``needed``, the node does not start without the parameter.
+    ``valid`` maps validators to their arguments. ``only`` are the distributions that have the parameter; for a plugin
+    parameter, ``stock`` are those whose default plugin has it. ``frame`` is the role of a frame name, or "" for other
+    values. ``forced`` is a value that cannot be changed. If ``needed``, the node will not start without the parameter.
     ``renamed`` maps values of earlier distributions to their replacements.
     """
 
@@ -98,15 +98,15 @@ class Kind(NamedTuple):
         return not self.distribution or self.distribution in key.only
 
     def writes(self, key: Key) -> bool:
-        """Return True if the distribution has the parameter and, for a plugin parameter, its default plugin has it."""
+        """Return True if the distribution has the parameter; a plugin parameter must belong to the default plugin."""
         return self.has(key) and (not key.stock or self.distribution in key.stock)
 
     def own_keys(self) -> Iterator[Key]:
-        """Yield the parameters that the distribution of this kind has."""
+        """Yield the parameters that exist in ``self.distribution``."""
         return filter(self.has, self.keys.values())
 
     def like(self, name: str) -> set[str]:
-        """Return parameter names to suggest for a misspelt name, whose words replace variables such as <n>."""
+        """Return parameter names to suggest for a misspelt name; its words are inserted for variables such as <n>."""
         words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
             variables = [index for index, piece in enumerate(pieces) if _VARIABLE.fullmatch(piece)]

@@ -150,7 +150,7 @@ class _Reader:
         return has_parameters
 
     def parameters(self, section: Section, above: str, mapping: Any) -> str:
-        """Add parameters to a section; return the last key if its mapping is empty: rcl misreads the keys after it."""
+        """Add parameters to a section; return the last key if its value is {} (rcl misreads keys after it), else ""."""
         empty = ""
         for key, value in mapping.value:
             if not (text := self.text(key)):
@@ -255,7 +255,7 @@ def nodes_of(text: str) -> dict[str, dict[str, Any]]:
 
 
 class Node(NamedTuple):
-    """A ROS node and its parameters by dotted name; ``kind`` is a kind of node or its name, or None if unknown."""
+    """A ROS node and its parameters by dotted name; ``kind`` is a ``Kind``, the name of a kind, or None if unknown."""
 
     name: str
     kind: Kind | str | None

@@ -133,7 +133,7 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
-    """Return the topic of a filter input: from its entry ``one``, or from the IMU sensor, or "" if unknown."""
+    """Return the topic in the entry ``one`` of a filter input, else the topic of its IMU sensor, or "" if unknown."""
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]
@@ -141,7 +141,7 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of the parameter file of a filter, or "" if the output has errors, and diagnostics."""
+    """Return (text of the parameter file of a filter, diagnostics); the text is "" if the output has errors."""
     node, lead, _ = _content(robot, output)
     if node is None:
         return "", []  # rules report these errors

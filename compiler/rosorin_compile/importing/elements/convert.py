@@ -162,7 +162,7 @@ class _Conversion:
         options: Mapping[str, Any],
         followers: Set[str] = frozenset(),
     ) -> dict[str, str]:
-        """Remove entries whose compiled XML differs from the original element; return the first difference of each."""
+        """Remove entries whose compiled XML differs from the original element; return each first difference."""
         reasons: dict[str, str] = {}
         while entries:  # removing an entry may change the XML of the remaining entries, so compare again
             texts, wrong = self.write(section, entries, options), dict[str, str]()

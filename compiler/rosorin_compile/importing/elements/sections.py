@@ -87,7 +87,7 @@ class GazeboSensor(NamedTuple):
 
 
 def read_sensor(element: Element, reference: str) -> GazeboSensor:
-    """Parse the <sensor> of a link or joint. Raises CannotConvert if <pose> is not six numbers."""
+    """Parse the <sensor> of the link or joint ``reference``. Raises CannotConvert if <pose> is not six numbers."""
     made = _elements(element, exact=False)
     try:
         numbers = tuple(map(float, str(made.pop("pose", None) or "0 0 0 0 0 0").split()))

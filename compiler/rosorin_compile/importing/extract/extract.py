@@ -207,12 +207,12 @@ def extract_height_map(
         xyz: The position of the mesh in the frame, in metres.
         rpy: The orientation of the mesh in the frame: roll, pitch, yaw in radians.
         cell: The edge length of a cell in metres; by default 0.01.
-        origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
+        origin: The smallest x and y of the grid in metres; by default those of the mesh.
         cells: The number of cells along x and y; by default enough to cover the mesh.
         size: The size of the grid (x, y) in metres, instead of ``cells``.
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
-        step: Artifacts have boxes whose heights are rounded to multiples of this length in metres; by default ``cell``.
+        step: Artifacts approximate the map with boxes of rounded height: multiples of this (m), by default ``cell``.
         bottom: Also compute the height of the lowest point of the mesh.
         into: A description file; its height map is replaced with a new map on the same grid.
         status: How the heights were obtained, for the key ``source``: calculated, measured or factory.

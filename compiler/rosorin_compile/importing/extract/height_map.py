@@ -37,9 +37,9 @@ Floats = NDArray[np.float64]
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # number of triangles that are processed at once
 _MOST_PAIRS = 100_000  # number of (triangle, cell) pairs that are processed at once
-_LINE = 1e-5  # tolerance for points on a grid line, in cells, because STL coordinates have only 24 bits
+_LINE = 1e-5  # tolerance (in cells) for points on a grid line; STL coordinates have only 24 significant bits
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
-_NOISE = 1e-6  # m, do not report meshes that exceed the grid or z = 0 by less
+_NOISE = 1e-6  # m, meshes that extend beyond the grid or below z = 0 by less are not reported
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class GridOptions:
     size: tuple[float, float] | None = None  # edge lengths of the grid along x and y, instead of ``cells``
     below: float | None = None  # ignore surfaces above this height
     digits: int = 4  # decimals of heights
-    step: float | None = None  # round heights of boxes in artifacts to multiples of this; by default ``cell``
+    step: float | None = None  # heights of boxes in artifacts are multiples of this; by default ``cell``
     bottom: bool = False  # also compute the height of the lowest point of the mesh
 
     def __post_init__(self) -> None:
@@ -262,7 +262,7 @@ class MapEntry:
 
 
 def find_map(path: Path, link: str | None) -> MapEntry:
-    """Find the only height map in a description file, or of its link ``link``. Raises SourceError otherwise."""
+    """Return the height map in a description file or in its link ``link``. Raises SourceError if not exactly one."""
     source = read_utf8(path, str(path))
     tree = parse_yaml(source)
     links = tree.get("links") if isinstance(tree, Map) else None
@@ -282,7 +282,7 @@ def find_map(path: Path, link: str | None) -> MapEntry:
 
 
 def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
-    """Return the text of a description file with a height map replaced. Raises ExtractProblem if that is impossible."""
+    """Return the text of the file of ``entry`` with its height map replaced. Raises ExtractProblem if impossible."""
     old, spans = entry.collision["height_map"], entry.collision.key_spans
     values: dict[str, Any] = {"origin": list(new.origin), "cell": new.cell, "method": new.method, "step": new.step}
     if "step" not in old and new.step == new.cell:

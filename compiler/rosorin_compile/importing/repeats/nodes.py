@@ -136,7 +136,7 @@ def _scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
-    """Return the values of a link and joint, mirrored along the axis ``mirror`` ("x", "y", "z", or "" for none)."""
+    """Return the values of a node, mirrored along the axis ``mirror`` ("" for none). If ``is_root``, keep the pose."""
     values = dict(node.values)
     axis = "xyz".index(mirror) if mirror else -1
     for path, number in node.values.items() if mirror else ():

@@ -22,7 +22,7 @@ _MIN_SAVED = 8  # minimum number of lines that a part saves in total
 _SAVED_BY_USE = 3  # minimum number of lines that a part saves per instance
 _MAX_SHARE = 0.8  # maximum number of lines with the part, relative to the number of lines without the part
 _WORK = 60  # maximum number of comparisons per link of the robot, so that the search takes linear time
-_PARAMETER_COST = 4  # cost of a parameter or of the key "mirror"; an expression costs 1
+_PARAMETER_COST = 4  # complexity of a parameter or of the key "mirror"; that of an expression is 1
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
@@ -202,7 +202,7 @@ class _Body:
         return is_short and len(part.entry.get("params", ())) < once
 
     def _move_comments(self) -> None:
-        """Move comments on repeated links and joints into the part, or to the entry of ``use`` for other instances."""
+        """Move comments on the first instance into the part, and comments on others to their entries of ``use``."""
         depth, moved = len(self.path), list[Comment]()
         for comment in self.result.comments:
             home = self.homes.get(comment.path[depth : depth + 2]) if comment.path[:depth] == self.path else None

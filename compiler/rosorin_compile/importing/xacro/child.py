@@ -270,7 +270,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 
 def _error(problem: BaseException) -> dict[str, Any]:
-    """Convert the root cause of an exception to keys of the answer; xacro wraps exceptions."""
+    """Convert the root cause of an exception that xacro may have wrapped to keys of the JSON answer."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": cause.args[0]}

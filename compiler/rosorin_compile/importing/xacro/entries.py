@@ -188,7 +188,7 @@ class Entries:
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
         """Convert a macro that is called in a link, joint or other element to the value of a ``let`` function.
 
-        Returns (value, entry that the macro creates or {} for XML). Raises Untranslatable if that is impossible.
+        Returns (value, entry that the macro creates); the entry is {} for XML. Raises Untranslatable if impossible.
         """
         self.inner = []
         if macro.level == "xml":
@@ -211,7 +211,7 @@ class Entries:
         return items
 
     def _sole_call(self, node: Element) -> Any:
-        """Return an expression if the element only contains a call of a macro that sets several keys, else None."""
+        """Return an expression if the element only contains a call to a macro that sets several keys, else None."""
         body = [one for one in node.body if not isinstance(one, Comment)]
         if len(body) == 1 and isinstance(body[0], Element) and body[0].tag == "geometry":
             body = [one for one in body[0].body if not isinstance(one, Comment)]
@@ -299,7 +299,7 @@ def conditional(value: Any, when: Condition) -> Any:
 def merge(key: str, found: list[Alternative], sure: Sequence[Condition] = ()) -> Any:
     """Merge (value, condition) pairs into one value, or return None if that is impossible.
 
-    ``sure`` are conditions of which one always holds. Cases that no pair covers get a default or the key ``if``.
+    ``sure`` are conditions of which at least one always holds. Uncovered cases get a default or the key ``if``.
     """
     found = sorted(found, key=lambda one: one[1] is None)
     values, whens = [value for value, _ in found], [when for _, when in found]

@@ -37,7 +37,7 @@ _METHODS = "endswith get items join keys lower replace split startswith strip up
 
 
 class Evaluator:
-    """Evaluates expressions in the scope ``symbols``; if ``arguments``, names can be arguments, as in $(eval)."""
+    """Evaluates expressions in the scope ``symbols``. With ``arguments``, names can be arguments, as in $(eval)."""
 
     def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
         self.program, self.symbols, self.arguments = program, symbols, arguments
@@ -51,7 +51,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Combine ``node``, the translation of ``tree``, with an example value; ``items`` are values of subtrees."""
+        """Build a symbol from ``node``, the translation of ``tree``; ``items`` are the values of subtrees."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -363,7 +363,7 @@ class NamedFiles:
         self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
 
     def finds(self, package: str) -> bool:
-        """Return True if a ROS package can be found from the description. Raises Untranslatable if it is missing."""
+        """Return True if a package is found without --package. Raises Untranslatable if xacro cannot find it at all."""
         folder, found = self.program.packages.find(package), self._found.find(package)
         if folder is None:
             raise ir.Untranslatable(f'the package "{package}" is not found')
@@ -371,7 +371,7 @@ class NamedFiles:
         return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: ir.Symbol) -> ir.Symbol:
-        """Translate ``load_yaml`` to a call of ``load``, with the content of the YAML file as the example value."""
+        """Translate ``load_yaml`` to a call to ``load``; the example value is the content of the YAML file."""
         if name.value is ir.UNKNOWN:
             raise ir.Untranslatable("the file that is loaded is not known", name.node)
         node: ast.expr = ir.plain_node(self._copy(str(name.value)))
@@ -412,7 +412,7 @@ class NamedFiles:
         return name
 
     def _candidates(self, name: ir.Symbol) -> list[str]:
-        """Find the files that a name with arguments can match; record the matching values as ``candidates``."""
+        """Find the files that a file name with arguments can match; record the argument values as ``candidates``."""
         pattern, form, variables = "", "", []
         for piece in ir.pieces_of(name):
             variable = piece.variable if isinstance(piece, ir.Symbol) else None

@@ -1,6 +1,6 @@
 """Expand a xacro file in a child process, and read the result as URDF.
 
-Expansion can run arbitrary Python code from the file, because the sandbox of xacro is weak (see docs). Therefore a
+Expansion can run arbitrary Python code from the file, because the sandbox of xacro is weak. Therefore a
 warning is reported first, and a file without xacro syntax is not expanded.
 """
 
@@ -134,7 +134,7 @@ def is_xacro(document: Document, path: Path) -> bool:
 def _only_left_over(document: Document, path: Path) -> bool:
     """Return True if a .urdf file is expanded, except for leftover xacro elements, which URDF parsers ignore.
 
-    The file must have links, and no expressions outside of xacro elements. Calls of undefined macros are also leftover.
+    The file must have links, and no expressions outside of xacro elements. Calls to undefined macros count as leftover.
     If the xacro prefix is not declared, xacro cannot read the file at all.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):

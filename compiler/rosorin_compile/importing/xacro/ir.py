@@ -383,7 +383,7 @@ class Element:
 
 @dataclass(eq=False)
 class Call:
-    """The call of a translated macro; ``given`` has (value, True if the value is the default) by parameter name."""
+    """A call to a translated macro; ``given`` maps each parameter to (value, True if the value is the default)."""
 
     macro: Macro
     given: dict[str, tuple[Symbol, bool]]
@@ -393,7 +393,7 @@ class Call:
 
 @dataclass(eq=False)
 class If:
-    """An <xacro:if> or <xacro:unless>: the nodes ``body`` exist only if the value of ``test`` is ``holds``."""
+    """An <xacro:if> or <xacro:unless>: the nodes ``body`` are included only if ``test`` evaluates to ``holds``."""
 
     test: Symbol
     holds: bool

@@ -81,7 +81,7 @@ class Calls:
         return True
 
     def _path(self, node: Any) -> str | None:
-        """Return the path of the element that contains a call, such as link/visual; None inside other macro calls."""
+        """Return the path of the element that contains a call, such as link/visual, or None in another macro call."""
         names: list[str] = []
         node = node.parentNode
         while node.parentNode is not None and node.tagName != "xacro:macro":
@@ -146,7 +146,7 @@ class Calls:
         return names
 
     def inline(self, key: str, reason: str) -> None:
-        """Expand all calls of a macro (for ``reason``) in the next run of the translation. Raises Restart."""
+        """Expand all calls to a macro in the next run of the translation; ``reason`` is reported. Raises Restart."""
         self.program.inlined[key] = reason
         raise Restart
 
@@ -204,7 +204,7 @@ class Calls:
         self.called[macro.key] = True
 
     def _evaluated(self, call: Invocation, table: Any, path: str) -> Any:
-        """Return an evaluated copy of a macro body, inside a new <xacro:macro> element, at which ``_path`` stops."""
+        """Return an evaluated copy of a macro body; its new parent <xacro:macro> ends the search in ``_path``."""
         body = call.definition.body.cloneNode(deep=True)
         for name in ("name", "params"):
             if body.hasAttribute(name):

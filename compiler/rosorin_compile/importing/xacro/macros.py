@@ -61,7 +61,7 @@ def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, P
             if any(above.tag == "xacro:macro" for above in element.ancestors()):
                 continue
             name, parameters = element.get("name").removeprefix("xacro:"), _parameters(element.get("params"))
-            if element.tag == "xacro:macro" and name:  # if defined again, all parameters are optional
+            if element.tag == "xacro:macro" and name:  # if a macro is defined twice, its parameters are optional
                 merged = {**found.get(name, {}), **parameters}
                 found[name] = {key: default or "" for key, default in merged.items()} if name in found else merged
             if element.tag != "xacro:include" or "ns" in element.attributes:

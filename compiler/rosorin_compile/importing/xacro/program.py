@@ -2,7 +2,7 @@
 
 The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly as in xacro.
 Three things are different. The value of an expression is a ``Symbol``: an expression of the description language with
-an example value. An element with a condition on an argument stays in the document. The call of a macro that becomes a
+an example value. An element with a condition on an argument stays in the document. A call to a macro that becomes a
 part also stays in the document, and the macro body is evaluated once, with symbols for its parameters. Macros and
 arguments that cannot be translated are expanded as in xacro. This module runs in the child process.
 """
@@ -77,7 +77,7 @@ class Program(Expansion):
                 self.declare(name, text, None)
 
     def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
-        """Exclude the macros (or arguments) in expressions from the next run; return False if there are none."""
+        """Exclude the macros, or else the arguments, of the variables in ``nodes`` from the next run; False if none."""
         variables: dict[ir.Variable, None] = {}
         waiting = list(ir.variables_in(nodes))
         while waiting:
@@ -168,7 +168,7 @@ class Program(Expansion):
         return self.own_extension(f"$({kind} {rest})".replace(" )", ")"))
 
     def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
-        """Evaluate the expressions and substitutions in a string, as xacro does."""
+        """Evaluate the expressions and substitutions in a string; if ``inner``, return a string with ``TOKEN``s."""
         results: list[Any] = []
         lexer = self.xacro.QuickLexer(self.xacro.LEXER)
         lexer.lex(text)

@@ -176,7 +176,7 @@ class _Search:
         """Compare a translation with the output of xacro; return the combinations that are equal, or a difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            stage = Path(name, Description.FOLDER, "robot")  # subfolder, so that ../NAME is inside
+            stage = Path(name, Description.FOLDER, "robot")  # a subfolder, so that ../NAME is in the temporary folder
             for file, text in files.items():
                 (stage / file).parent.mkdir(parents=True, exist_ok=True)
                 (stage / file).write_text(text, "utf-8")
@@ -284,7 +284,7 @@ class _Search:
 
 
 def _combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
-    """Return (combinations to compare, defaults first; total number of combinations)."""
+    """Return (combinations to compare, total number of combinations); the defaults come first."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
     total = math.prod(map(len, several.values()))
     if total <= MAX_COMBINATIONS:

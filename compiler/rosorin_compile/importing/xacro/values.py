@@ -116,7 +116,7 @@ class Values:
         return self._plain(node)
 
     def argument(self, symbol: ir.Symbol, variable: ir.Variable) -> ast.expr:
-        """Convert a symbol to an argument for the parameter ``variable`` in the call of a ``let`` function."""
+        """Convert a symbol to an argument for a ``let`` function, by the type of its parameter ``variable``."""
         if variable.names_mesh:
             return ir.joined_node(self._file_name(ir.pieces_of(symbol)))
         if variable.type == "list":

@@ -24,7 +24,7 @@ from .values import Values, number
 if TYPE_CHECKING:
     from .program import Program
 
-PROBE = "probe_"  # test value for string arguments, which no condition contains
+PROBE = "probe_"  # test value for string arguments; no condition contains this value
 _MARKS: dict[type, str] = {Expression: "$", Verbatim: "#"}
 
 
@@ -275,7 +275,7 @@ class Writer:
         self._remark(place, (*path, "use", key), comments)
 
     def _write_lets(self, macro: ir.Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
-        """Write the used properties of the robot to ``let``; for a macro, return its used properties."""
+        """Return the used properties of a macro; if ``macro`` is None, write those of the robot to ``let``."""
         owner, values = macro.key if macro is not None else "", dict[ir.Variable, Any]()
         lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
         while waiting := [one for one in lets if one.used and one not in values]:
@@ -302,7 +302,7 @@ class Writer:
             self._remark(place, ("args", variable.ours), variable.comments)
 
     def _allowed(self, variable: ir.Variable) -> list[str]:
-        """Return the values that the default and conditions allow for a text argument, or [] for any text."""
+        """Return the values to which its default and conditions limit a text argument, or [] for any text."""
         texts = [str(one) for one in variable.candidates]
         if variable.type != "text" or not texts or variable.printed or "" in texts:
             return []
@@ -310,7 +310,7 @@ class Writer:
         return allowed if len(allowed) > 1 else []
 
     def _argument(self, variable: ir.Variable) -> dict[str, Any]:
-        """Describe an argument, with the default, other ``choices`` and ``invented`` values to test the translation."""
+        """Describe an argument: its default, all ``choices``, and ``invented`` values to test the translation."""
         default, value = str(variable.value), ir.literal(str(variable.value))
         choices, invented = sorted(str(one) for one in variable.candidates), []
         words = [ir.literal(one) for one in default.split()]

@@ -41,8 +41,8 @@ _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # matches the default
 class CheckedParameters:
     """The result of ``check_parameters``; ``robot`` is "" if the description has errors.
 
-    ``judged`` is the number of transforms in ``edges`` that were checked. ``absent`` are publishers of the description
-    that no file configures, ``unknown`` are publishers whose kind of node is unknown.
+    ``judged`` is the number of transforms in the section ``edges`` that were checked. ``absent`` are entries of the
+    section ``publishers`` that no file configures, ``unknown`` are entries whose kind of node is unknown.
     """
 
     robot: str = ""
@@ -73,7 +73,7 @@ def check_parameters(
         launch: Launch files whose remaps apply to the nodes. Launch files are parsed, but not run.
         remaps: Additional remaps, as ``"NODE:FROM:=TO"``.
         namespace: The namespace in which the nodes are started.
-        distribution: The ROS 2 distribution; by default, that of all outputs of the robot, if they have the same.
+        distribution: The ROS 2 distribution; by default that of the robot's outputs, if it is the same for all.
 
     Raises:
         RequestError: A file does not exist, or a remap is invalid.
@@ -221,7 +221,7 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
-    """Report a subscribed topic that no node publishes, or only with another message type or an incompatible QoS."""
+    """Report a topic with a subscriber but no publisher that has the same message type and a compatible QoS."""
     there, role, heard = graph.publishers(end), end.port.role, end.topic
     fitting = [one for one in there if one.type == end.type]
     if mismatch := mismatched_qos(end, fitting):
@@ -238,7 +238,7 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
     of_drive = heard in (node.topic(_ODOM), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
     if meant is None and not of_drive and role != Role.IMU:
-        return  # the publisher is probably another node, such as a camera driver
+        return  # the publisher is probably a node that is not in the files, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
     what = "IMU" if role == Role.IMU else "odometry"
     known = f"no node in the files publishes that: {source.shown} publishes {sources[source]}"

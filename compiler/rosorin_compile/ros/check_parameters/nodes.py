@@ -27,7 +27,7 @@ BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 
 class Setting(NamedTuple):
-    """A parameter value, or None if unknown, with its position; ``given`` is False for a default value."""
+    """The value of a parameter (None if unknown) and its position; ``given`` is False for a default value."""
 
     value: Any
     span: Span
@@ -79,7 +79,7 @@ class Node:
         return full_topic(name, self.namespace, self.name)
 
     def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-        """Return True if this node is a publisher of the description, because its name or package matches."""
+        """Return True if this node is the node ``publisher`` of the description; see ``node_kinds.is_of``."""
         return is_of(self.name, self.kind, publisher, publishers)
 
     def setting(self, key: str, default: Any = None) -> Setting:
@@ -109,7 +109,7 @@ def nodes_in_files(
             words = section.name.strip("/").split("/")
             plain = [word for word in words if word not in ("*", "**")]
             if plain != words and any(map(section.matches, exact)):
-                continue  # this section applies to nodes that are named in the same file
+                continue  # a wildcard for nodes that are named in this file, not another node
             is_full = plain == words and (len(words) > 1 or not space)
             full = section.name if is_full else f"/{'/'.join([*space, *plain])}"
             diagnostics += [_reaches_nobody(section, full)] if not section.matches(full) else []
@@ -181,7 +181,7 @@ def _node(full: str, sections: list[Section], of_type: tuple[str, Span] | None, 
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
-    """Validate the parameters of a node. If its kind is unknown, only plugins without a type are reported."""
+    """Validate the parameters of a node. If its kind is unknown, only report plugins whose type is not set."""
     for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
         setting = node.setting(key)
         names = setting.value if setting.given and isinstance(setting.value, list) else ()
@@ -339,7 +339,7 @@ def _prefix(node: Node) -> str:
 
 
 def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Report published transforms that are not in ``edges``, and transforms in ``edges`` that no node publishes."""
+    """Report transforms in ``found`` that are not in ``edges``, and transforms in ``edges`` that no node publishes."""
     declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
     publishers, speaking = case.robot.publishers, [claim for claim in found if not claim.silent]
     explained: set[str] = set()
@@ -408,7 +408,7 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
 
 
 def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Validate frame names in parameters, except the frames of published transforms (see ``check_edges``)."""
+    """Validate frame names in parameters, except the frames of the transforms ``found`` (see ``check_edges``)."""
     speaking = [claim for claim in found if not claim.silent]
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in speaking]
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}

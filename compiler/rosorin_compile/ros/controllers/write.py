@@ -38,7 +38,7 @@ class RobotParameters(NamedTuple):
 
 
 def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters:
-    """Derive parameters of a controller from the robot, for all ROS distributions; ``plugin`` is its full type."""
+    """Derive controller parameters from the robot for all ROS distributions; ``plugin`` is the full controller type."""
     about = interfaces_of(plugin)
     if "drive" in about:
         return _of_drive(robot, controller, about["drive"])
@@ -81,9 +81,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
 
 
 def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
-    """Return the transforms in ``edges`` that a drive controller publishes.
+    """Return the transforms in the section ``edges`` that a drive controller publishes.
 
-    For the only drive controller of a robot, transforms whose publisher has the same ROS package are included.
+    If no publisher has the name of the only drive controller, publishers with its ROS package match instead.
     """
     driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
     kind = node_kinds.controller(full_type(controller.type), "") if driving == [controller] else None
@@ -107,7 +107,7 @@ def _base(robot: Robot, frame: str) -> str:
 
 
 def _quantities(robot: Robot, driving: DriveKinematics, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Compute joint names and sizes (m, rad) of the drive, by the keys in ``derived`` of ``ros2_controllers.json``."""
+    """Return joint names and sizes (m, rad) of the drive, with the keys that ``ros2_controllers.json`` refers to."""
     radii = [wheel.radius for wheel in driving.wheels]
     radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
     found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
@@ -219,7 +219,7 @@ def _typed(kind: Kind | None, key: str, value: Any) -> Any:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of controllers.yaml for the ROS distribution of the output, and diagnostics."""
+    """Return (text of controllers.yaml for the ROS distribution of the output, diagnostics)."""
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
     if distro_of(output) not in (HUMBLE, JAZZY):
@@ -269,7 +269,7 @@ class Driver(NamedTuple):
         return self.one.controller.name
 
     def topic(self, own: str) -> str:
-        """Replace a leading "~" in a topic by the namespace and the name of the controller."""
+        """Replace a leading "~" in a topic with the namespace and the name of the controller."""
         return f"{f'/{self.space}/' if self.space else ''}{self.name}{own.removeprefix('~')}"
 
 

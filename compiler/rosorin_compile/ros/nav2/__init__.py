@@ -24,7 +24,7 @@ from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, p
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # default layers of nav2_params.yaml
-_CORNERS_OF_CIRCLE = 16  # Nav2 replaces a circle by a polygon with this number of corners
+_CORNERS_OF_CIRCLE = 16  # Nav2 replaces a circle with a polygon with this number of corners
 _PLANAR = "lidar_2d"
 _SEEING = (_PLANAR, "lidar_3d", "depth_camera")  # sensor types whose data a costmap accepts
 _SOURCE = "scan"  # name of the observation source in nav2_bringup/params/nav2_params.yaml
@@ -51,7 +51,7 @@ class _Basics(NamedTuple):
 
 
 class _Size(NamedTuple):
-    """The footprint parameters of a costmap; ``heights`` are the lowest and the highest obstacle (m)."""
+    """The footprint parameters of a costmap; ``heights`` are the minimum and maximum obstacle height (m)."""
 
     parameters: Mapping[str, Any]
     heights: tuple[float, float]
@@ -177,7 +177,7 @@ def _round(height: float) -> float:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of nav2.yaml, or "" if the output has errors, and diagnostics."""
+    """Return (text of nav2.yaml, diagnostics); the text is "" if the output has errors."""
     made, found = _basics(robot, output)
     if made is None or any(one.severity == ERROR for one in found):
         return "", []  # rules report these errors
@@ -261,7 +261,7 @@ def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | No
 
 
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
-    """Return the source parameters of collision_monitor, whose heights (m) are relative to the base frame."""
+    """Return the observation sources of collision_monitor; their heights (m) are relative to the base frame."""
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
     for port in ports(distro_of(output), node="collision_monitor", role=Role.OBSTACLES) if made.sources else ():

@@ -102,7 +102,7 @@ def footprint(solids: Sequence[Solid], most: int = CORNERS, margin: float = 0.0)
         if holds(solids, points, margin):
             break
     inscribed = min(at for _, at in _sides(points))
-    # Rounding can leave shapes outside by up to _SLACK: add the resulting shift of a corner to the radius.
+    # Because of rounding, shapes can protrude by up to _SLACK: add the resulting shift of a corner to the radius.
     beyond = max(_reach(solids, (*normal, 0.0)) + margin - at for normal, at in _sides(points))
     circumscribed = max(math.hypot(*point) for point in points) + max(0.0, beyond) * _FARTHEST_CORNER
     return Footprint(tuple(points), inscribed, circumscribed, -down, up)

@@ -56,8 +56,8 @@ _FOR_MOVEIT = (
 class Bringup:
     """The nodes that a package starts in addition to the publishers of frames.
 
-    ``starts`` are items of ``STARTS``. ``places`` and ``outputs`` map formats such as "urdf" to paths in the package
-    and entries of the section ``outputs``. ``ekf`` is the name of the robot_localization node, or "".
+    ``starts`` are items of ``STARTS``. For each format such as "urdf", ``places`` has the path in the package, and
+    ``outputs`` the entry of the section ``outputs``. ``ekf`` is the name of the robot_localization node, or "".
     """
 
     robot: Robot
@@ -195,7 +195,7 @@ class Bringup:
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
-    """Return the nodes that a package starts, and an error if the description lacks an output for them, or None."""
+    """Return (nodes that a package starts, error or None); it is an error if a node needs an output that is missing."""
     places: dict[str, str] = {}
     outputs: dict[str, Output] = {}
     named = {output.name: output for output in robot.outputs}

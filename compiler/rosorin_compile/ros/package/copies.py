@@ -35,11 +35,11 @@ MESHES = "meshes"
 
 
 class Meshes(NamedTuple):
-    """A URDF or SDF with new mesh paths, the files to copy by path in the package, and the packages of other meshes."""
+    """A URDF or SDF with new mesh paths, and the mesh files to copy into the package."""
 
     text: str
-    files: dict[str, Path]
-    packages: tuple[str, ...]
+    files: dict[str, Path]  # path in the package -> file to copy
+    packages: tuple[str, ...]  # names of other packages that contain meshes
     diagnostics: list[Diagnostic]
 
 
@@ -59,8 +59,8 @@ def place_meshes(
 ) -> Meshes:
     """Change mesh names in a URDF to ``package://`` URIs, or in an SDF at ``place`` to paths relative to the SDF.
 
-    Meshes are searched in ``known`` (files by name), in ``folders``, and in the package folder ``target``. Missing
-    meshes get a warning unless their names are in ``reported``.
+    Meshes are looked up in ``known`` (files by name), in ``folders``, and in the package folder ``target``. Missing
+    meshes cause a warning unless their names are in ``reported``.
     """
     addresses, files, packages = dict[str, str](), dict[str, Path](), set[str]()
     missing: dict[tuple[str, str], list[str]] = defaultdict(list)  # file names by (problem, help)
@@ -198,9 +198,9 @@ def relocate(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifac
 
 
 def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], package: str) -> list[Artifact]:
-    """Return all contents that a correct copy at ``place`` can have, most likely first.
+    """Return all valid versions of a copy at ``place``, most likely first.
 
-    A launch file may load any of ``urdfs``. A URDF may have ``package://`` URIs of ``package`` for its meshes.
+    A launch file may load any of ``urdfs``. The meshes in a URDF may have ``package://`` URIs in ``package``.
     """
     folder, plain = posixpath.dirname(place) or ".", replace(artifact, file=place)
     near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, folder)), urdf))
@@ -213,7 +213,7 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
 def protect(
     folder: Path, files: Mapping[str, bytes], digests: Mapping[str, Sequence[str]], own_package: bool = False
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Return backups of edited files that ``files`` would replace, as contents by path, and diagnostics.
+    """Return (backups by path, diagnostics); the backups are edited files that ``files`` would replace.
 
     ``digests`` are digests of the files that this tool wrote. Replacing a file without a digest is an error, except in
     a package that the tool created (``own_package``): older versions did not record digests. Raises OSError.

@@ -78,9 +78,9 @@ def file_name(name: str, otherwise: str) -> str:
 
 
 def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Mapping[str, bool | None]) -> Options:
-    """Return the options stored in a package, updated with the values that are not None. Raises RequestError.
+    """Return the options stored in a package, updated with values in ``texts`` and ``on`` that are not None.
 
-    ``texts`` are options such as "version"; ``on`` are options that are True or False, such as "nav2".
+    ``texts`` are options such as "version", ``on`` are True or False, such as "nav2". Raises RequestError.
     """
     given: dict[str, Any] = {key: value for key, value in texts.items() if value is not None}
     stored = stored_options(folder, Options(package_name(robot)))
@@ -97,7 +97,7 @@ def options_of(folder: Path, robot: str, texts: Mapping[str, str | None], on: Ma
 
 
 def stored_options(target: Path, options: Options) -> Options:
-    """Return ``options`` with the values in the package.xml of the folder ``target``, if this tool wrote that file."""
+    """Return ``options`` updated from the package.xml in the folder ``target``, if this tool wrote that file."""
     manifest = target / "package.xml"
     text = files.read_bytes(manifest).decode("utf-8", "replace") if files.is_file(manifest) else ""
     if STAMP not in text:

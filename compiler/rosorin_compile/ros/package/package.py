@@ -139,9 +139,9 @@ def make(
     compiled: CompileResult | None = None,
     carried: CarriedDescription | None = None,
 ) -> tuple[dict[str, bytes], list[Diagnostic]]:
-    """Return the files of a ROS package by path, and diagnostics.
+    """Return (contents of the files of a ROS package by path, diagnostics).
 
-    ``carried`` is the description to compile at launch, or None. Meshes that ``compiled`` did not find are searched in
+    ``carried`` is the description to compile at launch, or None. Meshes that ``compiled`` did not find are looked up in
     the folders ``sources`` and in the package folder ``target``.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)

@@ -92,7 +92,7 @@ def _positions(
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the text of the SRDF of a robot, or "" if no output is a URDF, and diagnostics."""
+    """Return (text of the SRDF of a robot, diagnostics); the text is "" if the robot has no URDF output."""
     planning, number = planning_model(robot), number_format(output.options)
     if planning is None:
         message = f"{output.file} needs a URDF, but the robot has no output of this format"

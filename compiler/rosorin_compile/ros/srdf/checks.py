@@ -1,4 +1,4 @@
-"""Validate the section ``moveit`` against the URDF that MoveIt loads; MoveIt only logs these mistakes."""
+"""Validate the section ``moveit`` against the URDF that MoveIt loads, because MoveIt itself only logs mistakes."""
 
 from collections.abc import Collection, Iterator
 
@@ -167,7 +167,7 @@ def _matrix(case: Case, planning: PlanningModel, output: Output) -> Iterator[Dia
         what = stale_text(pairs) if pairs else "links were added or removed"
         message = f"shapes, joints, limits or numbers changed since the collision matrix was computed: {what}"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
-    else:  # a link is unknown only if the matrix was edited by hand; removing a link makes it stale
+    else:  # a link is unknown only if the matrix was edited by hand; removing a link makes a matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")
         for index, pair in enumerate(value_at(case.tree, within) or ()):
             for side, name in enumerate(pair["links"]):

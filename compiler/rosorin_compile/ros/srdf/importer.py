@@ -61,7 +61,7 @@ class _State:
 
 
 def join(opened: ImportFile, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Convert an SRDF to sections of the description ``tree`` of its robot; return the sections and diagnostics."""
+    """Convert an SRDF to sections for ``tree``, the description of the same robot; return (sections, diagnostics)."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
         raise ValueError("the robot cannot be made")  # impossible: ``tree`` has no errors

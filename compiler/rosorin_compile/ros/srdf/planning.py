@@ -30,7 +30,7 @@ _FORM = 1  # version of the search algorithm; increase it to make every collisio
 
 
 class MatrixDigests(NamedTuple):
-    """Digests of the inputs of a collision matrix: of the search settings, of the shapes by link, and by joint."""
+    """Digests of the inputs of a collision matrix: search settings (``how``), shapes of each link, and each joint."""
 
     how: str
     shapes: Mapping[str, str]
@@ -39,7 +39,7 @@ class MatrixDigests(NamedTuple):
 
 @of_robot
 def planning_model(robot: Robot) -> PlanningModel | None:
-    """Return the robot as MoveIt loads it, or None if no output is a URDF for the SRDF."""
+    """Return the robot as MoveIt loads it, or None if there is no URDF output that MoveIt can load."""
     urdfs = [output for output in robot.outputs if output.backend == URDF]
     name = robot.moveit.urdf if robot.moveit is not None else ""
     published = [output for output in urdfs if output.options.get("frames", "published") == "published"]
@@ -81,7 +81,7 @@ class PlanningModel:
         return found
 
     def parts(self, meshes: Mapping[str, str]) -> MatrixDigests:
-        """Return digests of single inputs of the collision matrix; ``meshes`` are the digests of mesh files by name."""
+        """Return the digests of the inputs of the collision matrix; ``meshes`` maps mesh file names to digests."""
         shapes = {}
         for name, those in sorted(self.solids.items()):
             files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
@@ -90,7 +90,7 @@ class PlanningModel:
         return MatrixDigests(_hash([_FORM, vars(self.said.search)]), shapes, joints)
 
     def same_pairs(self, now: MatrixDigests) -> dict[Pair, DisabledCollision | None]:
-        """Map link pairs with unchanged digests to their matrix entries, or to None if MoveIt checks the pair."""
+        """Map link pairs with the same digests in ``now`` to their matrix entries, or to None if MoveIt checks them."""
         if (matrix := self.said.matrix) is None or matrix.how != now.how:
             return {}
         then = {sort_pair(pair.links): pair for pair in matrix.pairs}

@@ -81,8 +81,8 @@ class CollisionSearch:
 class CollisionMatrix:
     """Link pairs that MoveIt need not check for collisions; ``states`` is the number of random states that were tried.
 
-    ``of`` is a digest of all inputs. Digests of single inputs show which pairs must be computed again: ``meshes`` by
-    file, ``shapes`` by link, ``joints`` by joint, and ``how`` for the settings.
+    ``of`` is a digest of all inputs. The other digests show which pairs must be computed again: ``meshes`` by file,
+    ``shapes`` by link, ``joints`` by joint, and ``how`` for the search settings.
     """
 
     of: str

@@ -75,10 +75,10 @@ def test_a_cell_that_would_begin_at_its_top_is_a_well() -> None:
 
 def test_what_is_drawn_stands_on_zero() -> None:
     grid = HeightMap((0.0, 0.0), 1.0, ((0.5, 0.0), (0.7, 0.7)), 0.1, "", 0.2)
-    (lifted,) = Shape(grid, Pose((1.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))).drawn()
+    (lifted,) = Shape(grid, Pose((1.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))).drawn_shapes()
     assert lifted.pose.xyz == pytest.approx((1.0, -0.2, 0.0))
     assert lifted.geometry.heights == ((pytest.approx(0.3), 0.0), (pytest.approx(0.5), pytest.approx(0.5)))
     assert not lifted.geometry.bottom
     wells = HeightMap((0.0, 0.0), 1.0, ((0.5, 0.5),), 0.1, "", ((0.0, 0.3),))
-    assert [piece.geometry.lower[2] for piece in Shape(wells).drawn()] == [0.0, pytest.approx(0.3)]
-    assert Shape(Box((0, 0, 0), (1, 1, 1))).drawn() == (Shape(Box((0, 0, 0), (1, 1, 1))),)
+    assert [piece.geometry.lower[2] for piece in Shape(wells).drawn_shapes()] == [0.0, pytest.approx(0.3)]
+    assert Shape(Box((0, 0, 0), (1, 1, 1))).drawn_shapes() == (Shape(Box((0, 0, 0), (1, 1, 1))),)

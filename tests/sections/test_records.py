@@ -34,7 +34,7 @@ def schema(entry: Mapping[str, Any], **properties: Any) -> dict[str, Any]:
 NONE = {
     "a name": lambda: Section.by_name("Fans", Fan, schema({})),
     "no dataclass": lambda: Section.by_name("fans", str, schema({})),
-    "another form": lambda: Section.listed("fans", Fan, schema({})),
+    "another form": lambda: Section.list_of("fans", Fan, schema({})),
     "a word of no draft": lambda: Section.by_name("fans", Fan, schema({"requird": ["link"]})),
     "an annotation": lambda: Section.by_name("fans", Fan, schema({"x-miror": ["pose"]})),
     "a way to mirror": lambda: Section.by_name("fans", Fan, schema({"x-mirror": ["poses"]})),

@@ -159,7 +159,7 @@ def same_motion(
     return True
 
 
-class Pairing(NamedTuple):
+class BodyPairs(NamedTuple):
     """Two matched robots, A and B. Links and joints of B have the names of their counterparts in A."""
 
     a: Bodies
@@ -173,7 +173,7 @@ class Pairing(NamedTuple):
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]]  # new names in A and in B: (links, joints)
 
     @property
-    def shared(self) -> list[str]:
+    def shared_links(self) -> list[str]:
         """The names of the links that both robots have, from the root of A down."""
         return [link.name for link in self.a.robot.walk() if link.name in self.b.robot.link]
 
@@ -191,7 +191,7 @@ class Pairing(NamedTuple):
         return found
 
 
-def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairing:
+def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> BodyPairs:
     """Match two robots link by link. ``prefix`` is the prefix of all names in ``b``; None detects the prefix."""
     robots, at = [a.robot, b.robot], 1
     steps: tuple[list[tuple[Names, Names]], list[tuple[Names, Names]]] = ([], [])
@@ -225,7 +225,7 @@ def pair(a: Side, b: Side, tolerance: float, prefix: str | None = None) -> Pairi
         if top not in goal_of and goal not in goal_of.values():
             goal_of[top] = goal
     bodies = {top: goal_of[top] for top in first.members if top in goal_of}
-    return Pairing(first, second, bodies, links, joints, prefix, "AB"[at] if prefix else "", tolerance, steps)
+    return BodyPairs(first, second, bodies, links, joints, prefix, "AB"[at] if prefix else "", tolerance, steps)
 
 
 def _split(one: Robot, other: Robot) -> frozenset[str]:
@@ -234,7 +234,7 @@ def _split(one: Robot, other: Robot) -> frozenset[str]:
     return frozenset(joint.name for joint, twin in pairs if joint.parent == twin.parent or joint.name == twin.name)
 
 
-def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
+def compare_names(pairing: BodyPairs, not_carried: frozenset[str], fixed_names: bool) -> Iterator[Item]:
     """Yield an ``Item`` for each new, removed or renamed link or joint.
 
     The item of a new or removed link lists the links below, which have no items of their own. Links in ``not_carried``
@@ -271,7 +271,7 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             yield Item(NAME, old, "name", f"joint {old} renamed to {new}", old, new)
 
 
-def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
+def compare_frames(pairing: BodyPairs, report: Report) -> tuple[Mapping[str, str], Mapping[str, bool]]:
     """Report which frames moved, by how much, and at which joint positions.
 
     Return two dicts: for each body of A, the link whose frame is used to compare its shapes and masses; and for each
@@ -283,7 +283,7 @@ def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str],
         work.body(top)
     # {(body in A, body in B): links} of links that belong to different bodies in A and B; each group is one item.
     groups: dict[tuple[str, str], list[str]] = {}
-    for name in pairing.shared:
+    for name in pairing.shared_links:
         top, goal = pairing.a.top[name], pairing.b.top[name]
         if pairing.bodies.get(top) != goal:
             groups.setdefault((top, goal), []).append(name)
@@ -298,7 +298,7 @@ def compare_frames(pairing: Pairing, report: Report) -> tuple[Mapping[str, str],
 
 
 class _Frames:
-    def __init__(self, pairing: Pairing, items: list[Item]) -> None:
+    def __init__(self, pairing: BodyPairs, items: list[Item]) -> None:
         self.pairing, self.items = pairing, items
         self.a, self.b = pairing.a, pairing.b
         self.clusters: dict[str, list[list[str]]] = {}
@@ -411,7 +411,7 @@ class _Frames:
         joints = [tuple(replace(each, mimic=None) for each in side.robot.joints) for side in (self.a, self.b)]
         robots = [replace(side.robot, joints=some) for side, some in zip((self.a, self.b), joints, strict=True)]
         trees = [robot.subtree(robot.joint[joint.name].child) for robot in robots]
-        below = [name for name in self.pairing.shared if all(name in tree for tree in trees)]
+        below = [name for name in self.pairing.shared_links if all(name in tree for tree in trees)]
         worst, at, frame, angle = 0.0, 0.0, "", 0.0
         for position in [0.0, *(step for step in steps if abs(step) > _LEAST)]:
             poses = [robot.poses_in_root({joint.name: position}) for robot in robots]

@@ -21,7 +21,7 @@ from rosorin_compile.model.link import together
 from rosorin_compile.model.shape import GROUNDED, ROWS, Rgba, plain
 from rosorin_compile.source.progress import Progress
 
-from .bodies import Bodies, Pairing, compare_frames, compare_names, pair
+from .bodies import Bodies, BodyPairs, compare_frames, compare_names, pair
 from .describe import Describer, shapes_change
 from .difference import DEFAULT_TOLERANCE, KINDS, MASS, SHAPE, VISUAL, YAML, Difference, Item, Report, Side
 from .precision import Precision, join_errors
@@ -65,7 +65,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     return Difference(a, b, tuple(items), tuple(report.notes), tuple(report.not_compared), tolerance)
 
 
-def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
+def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> BodyPairs:
     """Match the links and joints of two robots, after removing differences that only come from their formats."""
     a, b = _without_made_visuals(a, b), _without_made_visuals(b, a)
     for at, side, other in ((1, a, b), (0, b, a)):
@@ -106,7 +106,7 @@ def _carrying(side: Side, other: Side) -> Side:
     return side
 
 
-def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
+def not_carried(pairing: BodyPairs, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
     """Return the names of links that a robot lacks because of its format, and notes about these links."""
     names: set[str] = set()
     lines: list[str] = []
@@ -129,7 +129,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
     return frozenset(names), lines
 
 
-def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
+def _compare_masses(pairing: BodyPairs, origins: Mapping[str, str], report: Report) -> None:
     """Report differences in mass and inertia, unless only their distribution within a rigid body differs."""
     precisions = pairing.a.precision, pairing.b.precision
 
@@ -138,7 +138,7 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
         return compare_leaves(old, new, (sides[0][1], sides[1][1]), pairing.tolerance)
 
     robots, found = (pairing.a.robot, pairing.b.robot), dict[str, Sequence[Leaf]]()
-    for name in pairing.shared:
+    for name in pairing.shared_links:
         inertials = [(robot.link[name].inertial, known) for robot, known in zip(robots, precisions, strict=True)]
         found[name] = differences(name, *inertials)
     for top, goal in pairing.bodies.items():
@@ -155,7 +155,7 @@ def _compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report
                 found |= dict.fromkeys(differing, ())
     describer = Describer(pairing.a.robot, ({}, {}), precisions, pairing.tolerance)
     units = {"mass": "kg", "inertia": "kg*m^2", "centre of mass": "m"}
-    for name in pairing.shared:
+    for name in pairing.shared_links:
         for ((_, _, quantity), old, new), text in describer.describe(found[name]):
             before, after = (old, new) if quantity == "mass" else (row(old), row(new))
             distance = math.dist(old, new) if quantity == "centre of mass" else None
@@ -214,7 +214,7 @@ def pieces_of(
 
 
 def compare_shapes(
-    pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
+    pairing: BodyPairs, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
 ) -> None:
     """Report differences in "visual" or "collision" shapes; ``origins`` is the first result of ``compare_frames``."""
     work = _Comparison(pairing, sides, purpose, report)
@@ -223,7 +223,7 @@ def compare_shapes(
         Progress.step("comparing shapes", number, len(pairing.bodies))
         work.body(pairing.a.members[top], pairing.b.members[goal], origins[top])
         done |= {name for name in pairing.a.members[top] if pairing.b.top.get(name) == goal}
-    for name in pairing.shared:
+    for name in pairing.shared_links:
         if name not in done:
             work.body([name], [name], "")
     if work.meshes:
@@ -233,7 +233,7 @@ def compare_shapes(
 
 
 class _Comparison:
-    def __init__(self, pairing: Pairing, sides: tuple[Side, Side], purpose: str, report: Report) -> None:
+    def __init__(self, pairing: BodyPairs, sides: tuple[Side, Side], purpose: str, report: Report) -> None:
         self.sides, self.purpose, self.tolerance = sides, purpose, pairing.tolerance
         self.bodies = pairing.a, pairing.b
         formats = [side.format for side in sides]
@@ -249,7 +249,7 @@ class _Comparison:
         self.meshes: set[str] = set()
         shapes = (one for side in self.bodies for link in side.robot.links for one in getattr(link, purpose))
         if cylinders is not None and any(isinstance(one.geometry, (Capsule, Ellipsoid)) for one in shapes):
-            text = f"the round ends of capsules: {cylinders.named} has cylinders of the same full length"
+            text = f"the round ends of capsules: {cylinders.article_name} has cylinders of the same full length"
             report.not_compared.append(text)
 
     def body(self, mine: Sequence[str], theirs: Sequence[str], origin: str) -> None:
@@ -289,7 +289,7 @@ class _Comparison:
                 placed = [[(type(one.in_link.geometry), one.in_link.pose) for one in some] for some in rest]
                 why = "a height map on one side, boxes on the other" if has_map[0] != has_map[1] else ""
                 if any(some not in ([], [(Box, IDENTITY)]) for some in placed):
-                    why = f"{self.one_box.named} has one box along the axes of a link"
+                    why = f"{self.one_box.article_name} has one box along the axes of a link"
                 if why:
                     self.not_comparable.setdefault(why, []).append(name)
                     continue

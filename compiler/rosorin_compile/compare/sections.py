@@ -14,7 +14,7 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.source.wording import phrase
 
-from .bodies import Pairing
+from .bodies import BodyPairs
 from .describe import Describer
 from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .sentences import is_number, size_of, text_of
@@ -58,7 +58,7 @@ _ZERO = ("damping", "friction", "armature", "stiffness", "spring reference", "kv
 
 
 def compare_sections(
-    pairing: Pairing, sides: tuple[Side, Side], flipped: Mapping[str, bool], report: Report
+    pairing: BodyPairs, sides: tuple[Side, Side], flipped: Mapping[str, bool], report: Report
 ) -> frozenset[str]:
     """Report differences other than frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
@@ -96,7 +96,7 @@ def _leaves(robot: Robot, lacking: frozenset[str], sides: tuple[Side, Side]) -> 
         joints = []
         for joint in robot.joints:
             actuator = joint.actuator and type(joint.actuator)(kp=joint.actuator.kp, kv=joint.actuator.kv)
-            dynamics = replace(joint.dynamics or Dynamics(), damping=joint.braking)
+            dynamics = replace(joint.dynamics or Dynamics(), damping=joint.total_damping)
             joints.append(replace(joint, dynamics=dynamics, actuator=actuator))
         robot = replace(robot, joints=tuple(joints))
     if sides[0].format is not sides[1].format:
@@ -177,7 +177,7 @@ def _not_compared(
         for missing, why in ((lost, "has no word for it"), (empty, "leaves out all of it")):
             words = [_TOPICS.get(topic, ("", topic))[1] for topic in missing if topic in has[1 - at]]
             if words:
-                report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.named}, which {why}")
+                report.not_compared.append(f"{phrase(words)}: {side.label} is {side.format.article_name}, which {why}")
         topics |= {*lost, *empty, *lacking}
     if not equal_formats and "contact" not in topics:
         # Formats differ in the contacts between adjacent links that they disable by default.

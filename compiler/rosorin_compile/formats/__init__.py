@@ -64,7 +64,7 @@ class Formats(Mapping[str, Format]):
     def is_own(self, name: str) -> bool:
         return name in _MODULES
 
-    def feeding(self, robot: Robot, publisher: str) -> list[Output]:
+    def outputs_read_by(self, robot: Robot, publisher: str) -> list[Output]:
         return outputs_read_by(robot, publisher, self)
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:

@@ -109,7 +109,7 @@ class ImportFile:
             raise ValueError(f"{self.path} is not XML")
         return self.document
 
-    def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> SourceValue:
+    def with_span(self, value: Any, where: Where, column: int = 1, length: int = 1) -> SourceValue:
         """Attach a source position to a value, so that diagnostics can refer to it."""
         return SourceValue(value, self._span(where, column, length))
 
@@ -233,12 +233,12 @@ class Format:
         return bool(self.roots or self.recognises)
 
     @property
-    def named(self) -> str:
+    def article_name(self) -> str:
         """The name with its article, such as "a URDF"."""
         return f"{self.article} {self.word}".strip()
 
     @property
-    def listed(self) -> str:
+    def list_name(self) -> str:
         """How the format appears in a list of formats: the name and the root elements, such as URDF (<robot>)."""
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 

@@ -66,7 +66,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
     document, notes = _parsed(path, options, asked)
     other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
     if other is not None:
-        message = f"this is {other.named}, which belongs to a robot and has none itself"
+        message = f"this is {other.article_name}, which belongs to a robot and has none itself"
         help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
     recognised = [one for one in _readable() if one.recognises is not None and one.recognises(document, path)]
@@ -75,7 +75,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published_format():
-        message = f"this is {format.listed}, which is read with the files next to it, and not from standard input"
+        message = f"this is {format.list_name}, which is read with the files next to it, and not from standard input"
         expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
         help = f"name the file{expanded if format.takes_arguments else ''}"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
@@ -117,7 +117,7 @@ def join(imported: ImportedRobot, name: str, path: Path, options: ReadOptions) -
 
 def known_formats() -> str:
     """Return the names of all formats that can be imported, joined by commas and "or"."""
-    *first, last = [one.listed for one in _readable()]
+    *first, last = [one.list_name for one in _readable()]
     return f"{', '.join(first)}, or {last}"
 
 

@@ -15,7 +15,7 @@ from rosorin_compile.source.tree import Path, value_at
 
 from .expand.description import ExpandedDescription
 from .lower import LoweredRobot
-from .origins import Meaning, Origin, Origins, Step, Where
+from .origins import NameOrigin, Origin, Origins, Step, Where
 from .schema import fragment_at, joint_unit, sections
 from .symbols import SymbolTable
 
@@ -118,7 +118,7 @@ class NamedValue(NamedTuple):
     """An argument or named value, and the positions of the expressions that use it."""
 
     name: str
-    meaning: Meaning
+    meaning: NameOrigin
     used_by: tuple[Where, ...]
 
 
@@ -154,7 +154,7 @@ def explain(
         elif name in expanded.scope.places:
             uses = (use for use in expanded.symbols.references(("value",)) if (use.name, use.owner) == (name, ""))
             spans = dict.fromkeys(use.place.span for use in uses if use.place)
-            meaning = origins.meaning(name, "", origins.root, origins.root)
+            meaning = origins.explain_name(name, "", origins.root, origins.root)
             values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
         else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places, *numbers}
@@ -470,7 +470,7 @@ def _row(values: Sequence[float]) -> str:
     return "  ".join(to_fixed(value, _DIGITS) for value in values)
 
 
-def _meanings(names: Sequence[Meaning], indent: int) -> Iterator[str]:
+def _meanings(names: Sequence[NameOrigin], indent: int) -> Iterator[str]:
     for meaning in names:
         place = f"  {_place(meaning.where)}  {meaning.where.text}" if meaning.where else ""
         value = f" = {meaning.value}" if meaning.value else ""

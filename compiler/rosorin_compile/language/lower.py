@@ -78,7 +78,7 @@ class Lowering:
         return made
 
     @contextmanager
-    def reporting(self, where: str = "") -> Iterator[None]:
+    def report_errors(self, where: str = "") -> Iterator[None]:
         """Report a LoweringError that is raised in a ``with`` block, with ``where`` appended to its message."""
         try:
             yield

@@ -108,14 +108,14 @@ class Where(NamedTuple):
     text: str
 
 
-class Meaning(NamedTuple):
+class NameOrigin(NamedTuple):
     """A name in an expression: its value (SI units), how it is defined, and the names that its definition uses."""
 
     name: str
     value: str
     given_by: str
     where: Where | None
-    names: "tuple[Meaning, ...]" = ()
+    names: "tuple[NameOrigin, ...]" = ()
 
 
 class Step(NamedTuple):
@@ -134,7 +134,7 @@ class Origin(NamedTuple):
     """
 
     where: Where
-    names: tuple[Meaning, ...] = ()
+    names: tuple[NameOrigin, ...] = ()
     expressions: tuple[Where, ...] = ()
     stack: tuple[Step, ...] = ()
     parts: "tuple[Origin, ...]" = ()
@@ -206,7 +206,9 @@ class Origins:
             where, piece = self.where(spans[key]), self.written.value(spans[key])
             yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
-    def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
+    def _meanings_of(
+        self, piece: Piece | None, holder: Instance | None, via: Instance | None
+    ) -> tuple[NameOrigin, ...]:
         if piece is None:
             return ()
         scope = scope_of(self.root, holder)
@@ -216,24 +218,24 @@ class Origins:
             scope = home if is_there else scope
         return tuple(self._names(piece.value, scope, 0))
 
-    def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
+    def _names(self, value: Any, scope: Scope, level: int) -> Iterator[NameOrigin]:
         for name, keys in list(dict.fromkeys(_names_used(value)))[:MAX_NAMES]:
             if (owner := scope.owner(name)) is not None:
-                yield self.meaning(name, keys, owner, scope, level)
+                yield self.explain_name(name, keys, owner, scope, level)
 
-    def meaning(self, name: str, keys: str, owner: Scope, scope: Scope, level: int = 0) -> Meaning:
+    def explain_name(self, name: str, keys: str, owner: Scope, scope: Scope, level: int = 0) -> NameOrigin:
         """Explain a name and the keys after it in an expression; ``owner`` is the scope that defines the name."""
         entry, at = _entry(name, keys, scope)
         place, value = at or owner.places[name], _shown(entry)
         piece = self.written.entry(place.span) or self.written.value(place.span)
         path = piece.path if piece is not None else ()
         if name in _OF_USE and owner.via is not None and not {"params", "let", "for", "with"} & set(path):
-            return Meaning(name + keys, value, f"{name} of what uses it", self.where(owner.via.span))
+            return NameOrigin(name + keys, value, f"{name} of what uses it", self.where(owner.via.span))
         if path[:1] == ("args",) and len(path) == 2 and name in self.arguments:
-            return Meaning(name + keys, value, "argument, set on the command line", None)
+            return NameOrigin(name + keys, value, "argument, set on the command line", None)
         defined_by, inside = self._definition(name, path, owner)
         names = tuple(self._names(piece.value, inside, level + 1)) if piece is not None and level < MAX_LEVELS else ()
-        return Meaning(name + keys, value, defined_by, self.where(place.span), names)
+        return NameOrigin(name + keys, value, defined_by, self.where(place.span), names)
 
     def _definition(self, name: str, path: Path, owner: Scope) -> tuple[str, Scope]:
         if name in owner.looped:

@@ -29,7 +29,7 @@ class Row(NamedTuple):
     kind: str = ""  # type of that joint, or ""
 
     @property
-    def published(self) -> bool:
+    def is_published(self) -> bool:
         return self.topic != NO_TOPIC
 
     @property
@@ -62,7 +62,7 @@ def rows(robot: "Robot") -> tuple[Row, ...]:
 
 def publishers(edges: tuple[Row, ...]) -> tuple[str, ...]:
     """Return the names of the publishers, without duplicates, in the order of the rows."""
-    return tuple(dict.fromkeys(row.publisher for row in edges if row.published))
+    return tuple(dict.fromkeys(row.publisher for row in edges if row.is_published))
 
 
 class Line(NamedTuple):
@@ -86,7 +86,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
     more: dict[str, list[Row]] = {}  # by child: rows with a further parent, and rows that would close a cycle
-    for row in sorted(edges, key=lambda row: not row.published):
+    for row in sorted(edges, key=lambda row: not row.is_published):
         ancestor = row.parent
         while ancestor != row.child and ancestor in into:
             ancestor = into[ancestor].parent
@@ -138,7 +138,7 @@ def html(robot: "Robot") -> str:
         cells = ["", "", "", ""]
         if row is not None:
             joint = f"{row.joint} ({row.kind})" if row.joint else ""
-            cells = [row.who, row.topic if row.published else "", joint, row.when]
+            cells = [row.who, row.topic if row.is_published else "", joint, row.when]
         body += f'<tr><td style="{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em">{escape(name)}</td>'
         body += "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells) + "</tr>"
     if len(tree) > _MAX_HTML_ROWS:

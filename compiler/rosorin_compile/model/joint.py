@@ -181,7 +181,7 @@ class Joint:
         return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
 
     @property
-    def braking(self) -> float:
+    def total_damping(self) -> float:
         """The total damping of the joint and its actuators, in N*m*s/rad or N*s/m."""
         own = self.dynamics.damping if self.dynamics else 0.0
         return own + (self.actuator.damping if self.actuator else 0.0)

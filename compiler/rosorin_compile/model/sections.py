@@ -57,7 +57,7 @@ class Section(Generic[T]):
         return Section(name, entry, schema or _schema_of(entry), ENTRIES, **more)
 
     @classmethod
-    def listed(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[tuple[Entry, ...]]:
+    def list_of(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[tuple[Entry, ...]]:
         return Section(name, entry, schema or _schema_of(entry), ITEMS, **more)
 
     @classmethod

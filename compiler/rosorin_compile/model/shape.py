@@ -212,7 +212,7 @@ class Shape:
         """The same shape, but a box that is rotated by quarter turns becomes a box without a rotation."""
         return self.move(Transform())
 
-    def drawn(self) -> tuple[Shape, ...]:
+    def drawn_shapes(self) -> tuple[Shape, ...]:
         """Return the shapes to draw: a height map with a bottom above 0 becomes boxes or a raised height map."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:

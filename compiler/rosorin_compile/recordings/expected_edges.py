@@ -146,7 +146,9 @@ class Description:
 
 
 def _edges(robot: Robot) -> Iterator[ExpectedEdge]:
-    six = any(output.options.get("number_format") == "six" for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER))
+    six = any(
+        output.options.get("number_format") == "six" for output in FORMATS.outputs_read_by(robot, ROBOT_STATE_PUBLISHER)
+    )
     for joint in robot.joints_down():
         by_urdf = joint.publisher.kind == ROBOT_STATE_PUBLISHER
         if joint.publisher.publishes and not (by_urdf and joint.is_axleless):

@@ -13,7 +13,7 @@ from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, count_of, first_of, nearest, phrase, quote
 
-from .judge_edges import check_prefix, dropped_transforms, edges, late, leaps_text, missing, other_modes, stale
+from .judge_edges import check_prefix, dropped_transforms, edges, late, leaps_text, missing_edges, other_modes, stale
 from .recording import Answer, FrameUse, Recording
 from .results import YEAR, Lookup, difference, pose_text, problem, rate_text, seconds, share, sort_findings, value_rule
 from .series import AHEAD, SIMULATED, Pace
@@ -56,7 +56,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     tree = recording.series or recording.answers or recording.refused
     stamped = recording.uses and not recording.timed
     if tree or stamped or recording.joints.pace.count or recording.descriptions:
-        for rule in (edges, other_modes, missing, stale, late, _clocks, _joints):
+        for rule in (edges, other_modes, missing_edges, stale, late, _clocks, _joints):
             findings += rule(recording)
         findings += [*_robot_description(recording, artifacts), *_sensors(recording), *_answers(recording)]
     if not any(finding.severity == ERROR for finding in findings):

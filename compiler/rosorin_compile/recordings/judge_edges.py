@@ -198,7 +198,7 @@ def check_prefix(recording: Recording) -> Diagnostic | None:
     return None
 
 
-def missing(recording: Recording) -> Iterator[Diagnostic]:
+def missing_edges(recording: Recording) -> Iterator[Diagnostic]:
     """Yield findings for expected edges that were not published, one for each ROS node."""
     if not recording.complete:
         return

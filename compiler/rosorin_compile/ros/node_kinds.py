@@ -105,7 +105,7 @@ class Kind(NamedTuple):
         """Yield the parameters that exist in ``self.distribution``."""
         return filter(self.has, self.keys.values())
 
-    def like(self, name: str) -> set[str]:
+    def suggestions(self, name: str) -> set[str]:
         """Return parameter names to suggest for a misspelt name; its words are inserted for variables such as <n>."""
         words, number, found = name.split("."), next(iter(re.findall(r"\d+", name)), "0"), set()
         for pieces in (key.name.replace("<n>", number).split(".") for key in self.own_keys()):
@@ -286,7 +286,7 @@ def against_kind(name: str, kind: Kind | None, values: Mapping[str, Any]) -> Ite
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_others: Key | None) -> Iterator[Finding]:
-    names, severity = kind.like(key), ERROR
+    names, severity = kind.suggestions(key), ERROR
     close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=0.9)
     help = Suggestion(key, names, instead=REMOVE) if kind.complete else suggest(close[0]) if close else ""
     if of_others is not None:

@@ -49,7 +49,7 @@ class Parameter(NamedTuple):
     span: Span
 
     @property
-    def substituted(self) -> bool:
+    def has_substitution(self) -> bool:
         """Whether the value contains a substitution such as ``$(find-pkg-share ...)`` or ``<prefix>``."""
         values = self.value if isinstance(self.value, list) else [self.value]
         return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)

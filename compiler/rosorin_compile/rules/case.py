@@ -126,12 +126,12 @@ class Case:
         """
         known = find_declared(rule)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
-        seconds = [one if isinstance(one, Related) else self.related(*one) for one in related]
+        seconds = [one if isinstance(one, Related) else self.related_place(*one) for one in related]
         found = (*seconds, *uses, *place.stack())
         made = diagnostic(rule, severity or known.severity, message, place.span, help or known.hint, found)
         return replace(made, of=names_at(self.tree, path))
 
-    def related(self, message: str, path: Path, key: bool = False) -> Related:
+    def related_place(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a related place at a value, or at its key if ``key`` is set or the value is a mapping."""
         return Related(message, self._place(path, key or isinstance(value_at(self.tree, path), Map)))
 

@@ -165,7 +165,9 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         main = max(carrying, key=lambda name: (len(robot.subtree(name)), name.startswith("base")))
         others = [name for name in carrying if name != main]
         message = f"the robot has {len(carrying)} roots, {quote([main, *others], MAX_NAMED)}, but must have one"
-        related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
+        related = [
+            case.related_place("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])
+        ]
         help = f'add a joint with "child: {others[0]}"'
         yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
@@ -329,7 +331,7 @@ def _contradictions(joint: Joint) -> Iterator[tuple[str, tuple[str, str]]]:
     force, pair = _numbers(joint, "actuatorfrcrange"), _numbers(joint, "springdamper")
     owner = "actuator" if joint.actuator and joint.actuator.damping else "dynamics"
     stiffness = (joint.dynamics or Dynamics()).stiffness
-    for word, part, value in (("stiffness", "dynamics", stiffness), ("damping", owner, joint.braking)):
+    for word, part, value in (("stiffness", "dynamics", stiffness), ("damping", owner, joint.total_damping)):
         values, other = _numbers(joint, word), (part, word)
         if value and values and not _same(values[0], value):
             yield word, other

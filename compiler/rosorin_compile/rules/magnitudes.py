@@ -86,7 +86,7 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
         if unit:
             groups.setdefault((path[:-1], unit), []).append((path, value))
     for (_, unit), ((path, value), *others) in groups.items():
-        related = [case.related(f"and {number(other)} {unit} here", more) for more, other in others]
+        related = [case.related_place(f"and {number(other)} {unit} here", more) for more, other in others]
         what = f"{subject(list(path))} is {number(value)} {unit}"
         id, meant = ("angle-looks-like-degrees", "deg") if unit == "rad" else ("length-looks-like-millimetres", "mm")
         yield _looks_like(case, id, what, path, value, f"{meant} {unit}", related=related)

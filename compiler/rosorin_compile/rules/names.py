@@ -65,7 +65,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
             id, severity = "invisible-letter", WARNING if is_mild else ERROR
             message += f"contains an invisible character: {in_words(letter)}"
         elif other.name != one.name and not hidden_letter(other.name):
-            related = [case.related("the similar name", other.path, key=other.key)]
+            related = [case.related_place("the similar name", other.path, key=other.key)]
             message += f'differs from {other.kind} "{other.name}" only in {difference(one.name, other.name)}'
         elif strange and other.name == one.name:
             message += f"mixes Latin letters with a look-alike of another script: {in_words(strange)}"

@@ -88,7 +88,7 @@ class Map(dict[str, "Any"]):
         made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
         return made
 
-    def like(self, changes: Mapping[str, Any]) -> Map:
+    def with_changes(self, changes: Mapping[str, Any]) -> Map:
         """Return a copy with some values replaced. It shares the spans of keys, so do not add keys to it."""
         made = self.made_by(self.via)
         made.update(changes)

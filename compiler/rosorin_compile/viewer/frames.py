@@ -40,7 +40,7 @@ class FrameEdge:
     @classmethod
     def from_row(cls, row: Row) -> FrameEdge:
         """Create a transform from a row of the table of transforms."""
-        publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
+        publisher, topic = (row.publisher, row.topic) if row.is_published else (None, None)
         rest = (row.why, topic, row.when, row.joint, row.kind)
         return cls(row.parent, row.child, publisher, *(text or None for text in rest))
 
@@ -180,7 +180,7 @@ def tree(lines: Sequence[Line], look: Look) -> list[str]:
     for line in lines:
         start = below = ""
         if line.on >= 0:
-            branch = dashed if line.row is not None and not line.row.published else solid
+            branch = dashed if line.row is not None and not line.row.is_published else solid
             start = f"{before[line.on]}{corner if line.last else side}{branch} "
             below = f"{before[line.on]}{' ' if line.last else bar}   "
         before.append(below)

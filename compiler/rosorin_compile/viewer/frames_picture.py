@@ -83,8 +83,8 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
         modes = {**fixed, **dict(zip(varied, states, strict=True))}
         active = [row for row in edges if holds(row.when, modes)]
         # A published transform replaces an unpublished transform between the same frames.
-        best = {(row.parent, row.child): row for row in sorted(active, key=lambda row: row.published)}
-        shown = tuple(row for row in active if row.published or best[row.parent, row.child] is row)
+        best = {(row.parent, row.child): row for row in sorted(active, key=lambda row: row.is_published)}
+        shown = tuple(row for row in active if row.is_published or best[row.parent, row.child] is row)
         groups.setdefault(shown, []).append(states)
     if len(groups) > _MAX_TREES:
         raise TooMany(f"the tree of frames differs in {len(groups)} combinations of modes: too many to show")
@@ -138,7 +138,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     panels = [_panel(tree, part) for tree, part in zip(trees, drawn, strict=True)]
     # Place the legend: publishers with their colours, wrapped to rows, and the kinds of lines.
     keys = [name for name in colour if any(row.publisher == name for row in edges)]
-    styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.published for row in edges)]
+    styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.is_published for row in edges)]
     limit = max(
         end - _GAP,
         *(panel["count_x"] + text_width(panel["count"]) for panel in panels),
@@ -201,7 +201,7 @@ def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
     """Return the table cells of a transform by column; ``whys`` has footnote numbers by reason."""
     return {
         "publisher": f"{row.publisher} ({whys.get(row.why)})" if row.why else row.publisher,
-        "topic": row.topic if row.published else "",
+        "topic": row.topic if row.is_published else "",
         "joint": f"{row.joint} ({row.kind})" if row.joint else "",
         "when": row.when,
     }

@@ -24,7 +24,7 @@ def heavier(robot: Robot, batteries: Mapping[str, Battery]) -> Robot:
 
 
 MANY = Section.by_name("battery", Battery, {"additionalProperties": {}}, adds=heavier)
-LIST = Section.listed("batteries", Battery, {"items": {}})
+LIST = Section.list_of("batteries", Battery, {"items": {}})
 ONE = Section.single("accumulator", Battery, {})
 
 

@@ -111,7 +111,7 @@ def markers(robot: Robot, found: tuple[Marker, ...]) -> Robot:
     return replace(robot, links=(*robot.links, *links), joints=(*robot.joints, *joints))
 
 
-MARKERS = Section.listed(
+MARKERS = Section.list_of(
     "markers",
     Marker,
     {

@@ -322,7 +322,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
         inertia = _moved_inertia(case.robot).get(joint.child, 0.0) if damping > 0 else 0.0
         if inertia > 0 and damping * STEP > 2 * inertia:
-            span = case.related("", case.joint(joint, "dynamics", "damping")).span
+            span = case.related_place("", case.joint(joint, "dynamics", "damping")).span
             places.setdefault(span, []).append((inertia / damping, joint, inertia))
     for found in places.values():
         ratio, joint, inertia = min(found, key=lambda one: one[0])

@@ -49,7 +49,7 @@ class Candidate(NamedTuple):
     reference: str = ""  # attribute "reference" of the enclosing <gazebo>: a link or joint
 
     @property
-    def called(self) -> str:
+    def message_name(self) -> str:
         """The name of the element in messages, such as ``sensor "lidar"``."""
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
@@ -89,7 +89,7 @@ class _Conversion:
             if one.name and count[one.section, one.name] == 1:
                 unique[one.section][one.name] = one
             else:
-                self.kept[one.called] = "two have this name" if one.name else "it has no name"
+                self.kept[one.message_name] = "two have this name" if one.name else "it has no name"
         control, distribution = self.control(unique[CONTROL])
         sensors, gazebo = self.sensors(unique[SENSORS])
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
@@ -115,7 +115,7 @@ class _Conversion:
             reasons |= self.remove_different(found, entries, CONTROL, options, followers_of(self.robot, humble))
             made.append((entries, distribution, reasons))
         entries, distribution, reasons = max(made, key=lambda one: len(one[0]))
-        self.kept |= {found[name].called: reason for name, reason in reasons.items()}
+        self.kept |= {found[name].message_name: reason for name, reason in reasons.items()}
         return entries, distribution
 
     def sensors(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
@@ -138,7 +138,7 @@ class _Conversion:
                 entries[made.name]["gazebo"] = changes
         reasons |= self.remove_refused(entries, SENSORS, options)
         reasons |= self.remove_different(found, entries, SENSORS, options)
-        self.kept |= {found[name].called: reason for name, reason in reasons.items()}
+        self.kept |= {found[name].message_name: reason for name, reason in reasons.items()}
         return entries, gazebo
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
@@ -172,7 +172,7 @@ class _Conversion:
                 if section == SENSORS:
                     reference = f" reference={attribute_value(one.reference)}" if one.reference else ""
                     before = f"<gazebo{reference}>{before}</gazebo>"
-                before, *after = without_collisions([before, *texts.get(one.called, [])])
+                before, *after = without_collisions([before, *texts.get(one.message_name, [])])
                 if changes := element_differences([before], after, followers):
                     missing = "nothing is written: its link has no mass that Gazebo keeps it for"
                     wrong[name] = f"written back, it differs: {changes[0]}" if after else missing
@@ -202,7 +202,7 @@ class _Conversion:
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, "number_format": "exact"})):
                 for one in _candidates([text]):
-                    found.setdefault(one.called, []).append(text)
+                    found.setdefault(one.message_name, []).append(text)
         return found
 
     def without(self, taken: list[Candidate]) -> tuple[Seq, list[Comment]]:

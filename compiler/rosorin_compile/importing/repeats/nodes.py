@@ -208,7 +208,7 @@ class Parameters:
         return [one for one in self._index.values() if not one.is_derived]
 
     @property
-    def derived(self) -> dict[str, Expression]:
+    def derived_values(self) -> dict[str, Expression]:
         """The expressions for the section ``let`` of the part, by name of the derived parameter."""
         names = [one.name for one in self._index.values() if one.is_derived]
         return dict.fromkeys(names, Expression("${-1 if mirrored else 1}"))

@@ -188,7 +188,7 @@ class _Body:
             entry |= {"with": values_of_use} if values_of_use else {}
             entries[use] = entry
         params = {one.name: one.entry for one in parameters.arguments}
-        made = {"params": params, "let": parameters.derived, **_sections(rows[0], terms, renames[0])}
+        made = {"params": params, "let": parameters.derived_values, **_sections(rows[0], terms, renames[0])}
         made = {key: value for key, value in made.items() if value}
         cost = _PARAMETER_COST * (len(parameters.arguments) + any(mirrors)) + parameters.count
         return Part(name, made, entries, renames[0], all(parted.prefixes), cost)

@@ -161,7 +161,7 @@ class Reader:
             package, _, file = name.removeprefix(ADDRESS).partition("/")
         if package is None:
             target = by.parent / name
-            if self.inside(target):
+            if self.is_inside(target):
                 return target
             outer = self._package_of(by)
             where = f'the folder of the package "{outer}"' if outer else "the project of the description"
@@ -192,7 +192,7 @@ class Reader:
             self.resolved.append(PackageFolder(project.ROS_PACKAGE, name, Path(os.path.abspath(folder))))
         return folder
 
-    def inside(self, target: Path) -> bool:
+    def is_inside(self, target: Path) -> bool:
         """Return True if a file, with symlinks resolved, is in the project or in a package of the description."""
         with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))

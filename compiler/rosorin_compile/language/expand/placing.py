@@ -77,7 +77,7 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
         tables = [key for key, node in nodes.items() if node is not None and node.keys is not None]
         # Several parts may add to the tables and lists of the section: set ``via`` of their entries as well.
         entries = {key: map_items(item, tag) for key, item in value.items() if key in tables or isinstance(item, Seq)}
-        return tag(value.like(entries))
+        return tag(value.with_changes(entries))
     return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
 
 
@@ -108,7 +108,7 @@ def _renamed_text(text: Any, change: Rename) -> Any:
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     if changes.keys() <= entry.keys():
-        return entry.like(changes) if changes else entry
+        return entry.with_changes(changes) if changes else entry
     made = entry.copy()
     made.update({key: value for key, value in changes.items() if key in entry})
     for key in (key for key, value in changes.items() if value is not None):
@@ -434,12 +434,16 @@ def copy(value: Any) -> Any:
 def with_source(tree: Map, owner: Map) -> Map:
     """Copy the key ``source`` of a ``use`` entry to all entries in ``tree`` that lack it."""
     maps = [(key, part) for key, part in tree.items() if isinstance(part, Map) and not holds_many(key)]
-    return tree.like({key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps})
+    return tree.with_changes(
+        {key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps}
+    )
 
 
 def with_sources(section: Map, owner: Map) -> Map:
     """Copy the key ``source`` of a file or ``use`` entry to all entries of a section that lack it."""
-    return section.like({name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)})
+    return section.with_changes(
+        {name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)}
+    )
 
 
 def _sourced(entry: Map, owner: Map) -> Map:

@@ -118,7 +118,7 @@ class Markup:
             yield child
             yield from self.elements_below(child)
 
-    def everything(self) -> list[Element]:
+    def all_elements(self) -> list[Element]:
         return [self.root, *self.elements_below(self.root)]
 
     def sections(self, tag: str) -> list[Element]:
@@ -174,7 +174,7 @@ def check_source(markup: Markup) -> Iterator[Diagnostic]:
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
-    for element in markup.everything():
+    for element in markup.all_elements():
         for attribute in element.attributes.values():
             name, value = attribute.name, attribute.value.replace("\\", "/")
             is_file = name.startswith("file") and value and element.tag not in ("include", "model")
@@ -209,7 +209,7 @@ def place(markup: Markup, message: str) -> Span:
         in_folder = own.name == "file" and own.value and any(one.endswith(f"/{own.value}") for one in quoted)
         return own.name in quoted or own.value in quoted or bool(in_folder)
 
-    for element in markup.everything():
+    for element in markup.all_elements():
         attribute = next(filter(is_quoted, element.attributes.values()), None)
         here = line is not None and element.document is markup.root.document and element.span.line == int(line[1])
         score = 4 * here + 2 * (tag is not None and element.tag == tag[1]) + 3 * (attribute is not None)

@@ -65,7 +65,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> ImportedRobot:
         warnings.append((f"{rounded}; newer versions with all", markup.root.span))
     state.diagnostics += [Diagnostic("mjcf-warning", WARNING, message, span) for message, span in warnings]
     if not state.tops:
-        outside = next((element for element in markup.everything() if element.tag == "body"), markup.root)
+        outside = next((element for element in markup.all_elements() if element.tag == "body"), markup.root)
         message, help = "the file has no body: it is a scene without a robot", "name the file that has the robot"
         if outside is not markup.root:
             message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"

@@ -65,7 +65,7 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
             arm = cross((x, y, z), body.pose.xyz)
             felt = max(felt, body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm))
         # With this gain, joint damping reduces the speed by at most 2 %.
-        servo = Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.braking):.2g}"))
+        servo = Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.total_damping):.2g}"))
         if kind == POSITION and position_range(joint) is not None:
             servo = Actuator(POSITION, kp=float(f"{felt * _STIFF**2:.2g}"), damping_ratio=1.0)
         made.append(Drive(joint.name, servo, joint, True))
@@ -147,7 +147,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     for drive in drives(robot, robot.joints, output):
         if names.setdefault(drive.name, drive) is not drive:
             message = f'two actuators have the name "{drive.name}"'
-            related = [case.related("the other actuator", place_of(names[drive.name]))]
+            related = [case.related_place("the other actuator", place_of(names[drive.name]))]
             yield case.problem("mjcf-actuators", message, place_of(drive), "rename one of them", related=related)
     sensors = {part.name for sensor in robot.sensors for part in sensor.simulated if part.kind == SENSOR_ELEMENT}
     raw = (one for text in robot.mjcf for one in found_in(text) if one.tags[0] == "sensor" and len(one.tags) == 2)

@@ -79,7 +79,7 @@ def _motion(kind: str, axis: model.Vector, number: NumberFormat) -> dict[str, st
 def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     number, dynamics = printer.number, joint.dynamics or Dynamics()
     # Actuator damping is written on the joint, because MJX ignores it on actuators and force limits would clamp it.
-    words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+    words = {"damping": joint.total_damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
     words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
     values = {word: number(value) for word, value in words.items() if value}
     effort = joint.limit.known_value("effort") if joint.limit is not None else None
@@ -298,7 +298,7 @@ class _Geoms:
             self.used.add(kind)
             more = self.printer.look(solid) if purpose == bodies.VISUAL else {}
             more |= {"material": self.printer.material(self.shown[link.name].name)} if is_shown else {}
-            more |= self.printer.touching(solid, purpose)
+            more |= self.printer.contact_attributes(solid, purpose)
             called = {"name": name, "class": self.classes.class_name(kind)}
             yield attributes(**{**called, **self._sized(geometry, solid), **more})
 

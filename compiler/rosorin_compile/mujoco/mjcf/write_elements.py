@@ -284,7 +284,7 @@ class ElementPrinter:
                 values["dir"] = mark.pose.transform().rotate((x, y, z))
         return Part(mark.tag, attributes(name=mark.name, **place) + self.print_values(values))
 
-    def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
+    def contact_attributes(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the attributes in the sections ``contact`` (only of a collision shape) and ``mjcf`` of a shape."""
         contact = shape.contact.values if shape.contact is not None and purpose == "collision" else {}
         bits = {word: contact.get(word) for word in bodies.BITS}  # put the contact bits first

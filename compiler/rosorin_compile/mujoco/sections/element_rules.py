@@ -163,7 +163,7 @@ def unique_names(case: Case) -> Iterator[Diagnostic]:
         if first is not named.path and not named.derived and not (named.kind == ACTUATOR and named.key):
             message = f'the {_WORDS.get(named.kind, named.kind)} "{named.name}" would be defined twice in the MJCF'
             message += ", in which each link also becomes a site" if named.kind == SITE else ""
-            related = [case.related("the other definition", first, key=len(first) == 2)]
+            related = [case.related_place("the other definition", first, key=len(first) == 2)]
             key = named.key and named.path[-1] == named.name
             yield case.problem("name-twice", message, named.path, related=related, key=key)
 

@@ -19,7 +19,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
 from rosorin_compile.source.wording import count_of, phrase, quote
 
-from ..controllers import against_robot, missing, of_type
+from ..controllers import against_robot, missing_parameters, of_type
 from ..controllers.write import derive
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
 from ..launch_files import LaunchError, Remap, nodes_of
@@ -110,7 +110,7 @@ def check_parameters(
     judged = [one for one in of_nodes if any(node.kind and node.is_of(one, publishers) for node in known)]
     absent = dict.fromkeys(one.name for one in of_nodes if one not in judged)
     unknown = [node for node in known if node.kind is None]
-    names = (node.shown for node in unknown if any(node.is_of(one, publishers) for one in publishers))
+    names = (node.display_name for node in unknown if any(node.is_of(one, publishers) for one in publishers))
     return CheckedParameters(case.robot.name, len(judged), tuple(absent), tuple(names), tuple(arrange(found)))
 
 
@@ -132,7 +132,7 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 
 
 def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str]) -> Iterator[Diagnostic]:
-    wrong = of_type(node.shown, node.type, distribution) if node.type else None
+    wrong = of_type(node.display_name, node.type, distribution) if node.type else None
     yield from (one.place(node.type_span) for one in [wrong] if one)
     if wrong is not None and wrong.severity == "error":
         return  # with an unknown type, every parameter would be reported
@@ -140,20 +140,20 @@ def _check_node(case: Case, node: Node, distribution: str, names: Sequence[str])
     yield from diagnostics
     if not node.type:
         return
-    if wrong is None and (needed := missing(node.kind, node.parameters)):
-        message = f"{node.shown} needs {quote(needed, most=4)}: it does not start"
+    if wrong is None and (needed := missing_parameters(node.kind, node.parameters)):
+        message = f"{node.display_name} needs {quote(needed, most=4)}: it does not start"
         yield report("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
     places = {one.span for one in diagnostics}
     values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
     kind = full_type(node.type)
     known = derive(case.robot, Controller(node.name, kind, values), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
-    for one in against_robot(node.shown, kind, values, known, case.robot, "error", names):
+    for one in against_robot(node.display_name, kind, values, known, case.robot, "error", names):
         if one.rule == "controller-name" and not moving:
             continue  # the description has no moving joints to compare with
         if wrong is not None:  # in a controller of an unknown package, a key can have another meaning
             one = one._replace(severity=WARNING)
-        drive = [case.related("the drive of the robot", ("drive",), key=True)]
+        drive = [case.related_place("the drive of the robot", ("drive",), key=True)]
         yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
 
 
@@ -228,7 +228,7 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
         yield report("parameters-topic", mismatch, node.span, f"qos_overrides.{heard}.publisher.reliability: reliable")
     if not fitting and there and is_decided and role == Role.VELOCITY:
         sent = f"{there[0].node.strip('/')} sends {short_type(there[0].type)}"
-        message = f"{node.shown} takes {short_type(end.type)} on {heard}, and {sent}: {end.port.missing}"
+        message = f"{node.display_name} takes {short_type(end.type)} on {heard}, and {sent}: {end.port.missing}"
         yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
         return
     of_control = [one for one in graph.published if one.port.role == role and one.port.group == "control"]
@@ -241,10 +241,10 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
         return  # the publisher is probably a node that is not in the files, such as a camera driver
     source, setting = meant or next(iter(sources)), node.setting(end.key)
     what = "IMU" if role == Role.IMU else "odometry"
-    known = f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
-    message = f'{node.shown} listens to the {what} {heard} ("{end.key}"{setting.how}), and {known}'
+    known = f"no node in the files publishes that: {source.display_name} publishes {sources[source]}"
+    message = f'{node.display_name} listens to the {what} {heard} ("{end.key}"{setting.how}), and {known}'
     help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
-    related = (Related(f"{source.shown} is here", source.span),)
+    related = (Related(f"{source.display_name} is here", source.span),)
     rule = "parameters-topic" if role == Role.IMU else "parameters-odometry"
     yield report(rule, message, setting.span, help, related, WARNING if meant else NOTE)
 
@@ -252,13 +252,13 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
 def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str]) -> Iterator[Diagnostic]:
     before, rule = f"{layer}.{name}." if layer else f"{name}.", "parameters-source"
     if not (given := {key.removeprefix(before): one for key, one in node.parameters.items() if key.startswith(before)}):
-        message = f'{node.shown} lists the source "{name}", which has no parameters'
+        message = f'{node.display_name} lists the source "{name}", which has no parameters'
         help = f"{name}: {{topic: TOPIC, data_type: LaserScan, marking: true, clearing: true}}"
         yield report(rule, message, place, help if layer else "")
-    if not given or any(one.substituted for one in given.values()):
+    if not given or any(one.has_substitution for one in given.values()):
         return
     values: dict[str, Any] = {key: one.value for key, one in given.items()}
-    what = f'the source "{name}" of {node.shown}'
+    what = f'the source "{name}" of {node.display_name}'
     place = given["topic"].span if "topic" in given else next(iter(given.values())).span
     if layer and values.get("marking", True) is True:
         if "clearing" not in values:
@@ -281,7 +281,7 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
 def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], place: Span) -> Iterator[Diagnostic]:
     """Report an observation source if sensors publish its message type, but only on other topics."""
     if (known := sorted(other for other, kind in sensors.items() if kind == message)) and topic not in known:
-        text = f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
+        text = f"{node.display_name} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
         yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=NOTE)
 
 

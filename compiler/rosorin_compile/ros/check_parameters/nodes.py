@@ -65,14 +65,14 @@ class Node:
         return self.full.rsplit("/", 1)[0] or "/"
 
     @property
-    def shown(self) -> str:
+    def display_name(self) -> str:
         """The full name without the leading slash, for messages."""
         return self.full.strip("/")
 
     @property
     def values(self) -> dict[str, Any]:
         """The parameter values by key, without values that contain launch substitutions."""
-        return {key: one.value for key, one in self.parameters.items() if "$(" not in key and not one.substituted}
+        return {key: one.value for key, one in self.parameters.items() if "$(" not in key and not one.has_substitution}
 
     def topic(self, name: str) -> str:
         """Resolve a topic name, such as ``~/odom``, to its full name for this node."""
@@ -85,7 +85,7 @@ class Node:
     def setting(self, key: str, default: Any = None) -> Setting:
         """Return a parameter value: from a file, or else the default of this kind of node, or else ``default``."""
         if (given := self.parameters.get(key)) is not None:
-            return Setting(None if given.substituted else given.value, given.span, True)
+            return Setting(None if given.has_substitution else given.value, given.span, True)
         known = self.kind.key(key) if self.kind else None
         return Setting(default if known is None or known.default is None else known.default, self.span, False)
 
@@ -187,27 +187,29 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         names = setting.value if setting.given and isinstance(setting.value, list) else ()
         untyped = [one for one in map(str, names) if one not in by_default and f"{one}.plugin" not in node.parameters]
         if untyped:
-            message = f'"{key}" of {node.shown} names {quote(untyped, most=4)}, and their type is not set'
+            message = f'"{key}" of {node.display_name} names {quote(untyped, most=4)}, and their type is not set'
             help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
             yield Diagnostic("parameters-wrong-value", WARNING, message, setting.span, help=help)
     if node.kind is None:
         return
     values = {key: value for key, value in node.values.items() if key in node.kind or key not in node.shared}
-    for found in against_kind(node.shown, node.kind, values):
+    for found in against_kind(node.display_name, node.kind, values):
         parameter = node.parameters[found.key]
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
-        unset = node.kind.like(found.key) - values.keys()
+        unset = node.kind.suggestions(found.key) - values.keys()
         if is_unknown and isinstance(found.help, Suggestion) and nearest(found.key, unset) is None:
             found = found._replace(severity=WARNING, help=REMOVE)  # not a typo: no unset key is similar
         yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
-        message = f'"footprint" of {node.shown} is not a polygon: the costmap goes on with robot_radius'
+        message = f'"footprint" of {node.display_name} is not a polygon: the costmap goes on with robot_radius'
         help = 'write three points or more: "[[x, y], ...]"'
         yield error("parameters-wrong-value", message, footprint.span, help)
     prefix = node.setting("frame_prefix")
     if node.kind.name == ROBOT_STATE_PUBLISHER and prefix.value and isinstance(prefix.value, str):
-        message = f'"frame_prefix" of {node.shown} is "{prefix.value}": it writes that before every frame of the robot'
+        message = (
+            f'"frame_prefix" of {node.display_name} is "{prefix.value}": it writes that before every frame of the robot'
+        )
         yield error("parameters-frame", f"{message}, and no other node does", prefix.span, "remove it")
     if node.kind.name == "ekf":
         yield from _filter(node)
@@ -219,13 +221,13 @@ def _filter(node: Node) -> Iterator[Diagnostic]:
         kind, number, is_about, parameter = match[1], int(match[2]), match[3], node.parameters[name]
         gap = next((n for n in ([number] if is_about else range(number)) if f"{kind}{n}" not in found), None)
         if gap is not None:
-            message = f'"{name}" of {node.shown} is never read: there is no {kind}{gap}'
+            message = f'"{name}" of {node.display_name} is never read: there is no {kind}{gap}'
             yield report("parameters-gap", message, parameter.key)
         config = node.parameters.get(f"{name}_config")
         if is_about or (config is not None and (not isinstance(config.value, list) or any(config.value))):
             continue
         why = f"there is no {name}_config" if config is None else f"all of {name}_config is false"
-        message = f'nothing of "{name}" of {node.shown} is used: {why}'
+        message = f'nothing of "{name}" of {node.display_name} is used: {why}'
         place = parameter.key if config is None else config.span
         help = f"set what it measures in {name}_config, 15 booleans"
         yield Diagnostic("parameters-wrong-value", WARNING, message, place, help=help)
@@ -235,12 +237,12 @@ def _filter(node: Node) -> Iterator[Diagnostic]:
         if not isinstance(setting.value, str):
             return  # the value is unknown, or already reported as invalid
         if (first := keys.setdefault(setting.value.removeprefix("/"), key)) != key:
-            message = f'{quote((first, key))} of {node.shown} are both "{setting.value}": they have to differ'
+            message = f'{quote((first, key))} of {node.display_name} are both "{setting.value}": they have to differ'
             yield error("parameters-wrong-value", message, setting.span, "name the frames of the robot")
     world = node.setting("world_frame")
     worlds = [frame for frame, key in keys.items() if key != "base_link_frame"]
     if world.given and world.value is not None and world.value not in worlds:
-        message = f'"world_frame" of {node.shown} is "{world.value}", neither its odom_frame nor its map_frame'
+        message = f'"world_frame" of {node.display_name} is "{world.value}", neither its odom_frame nor its map_frame'
         help_ = Suggestion(str(world.value), worlds)
         yield error("parameters-wrong-value", f"{message}: it publishes nothing", world.span, help_)
 
@@ -355,10 +357,12 @@ def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         elif into and not mine and not any(one.parent == parent for one in own):
             others = [one for one in found if one.node is not node]
             owners = [one for one in others if any(one.node.is_of(other.publisher, publishers) for other in into)]
-            message = f"{node.shown} publishes {claim.edge} ({claim.because}), and by the description "
+            message = f"{node.display_name} publishes {claim.edge} ({claim.because}), and by the description "
             message += f"{into[0].parent} -> {child} is of {into[0].owner}"
-            related = [case.related(f"{one.parent} -> {one.child} is of {one.owner} here", one.path) for one in into]
-            related += [Related(f"{it.node.shown}: {it.silent or it.because}", it.switch.span) for it in owners]
+            related = [
+                case.related_place(f"{one.parent} -> {one.child} is of {one.owner} here", one.path) for one in into
+            ]
+            related += [Related(f"{it.node.display_name}: {it.silent or it.because}", it.switch.span) for it in owners]
             help = claim.off
             if into[0].publisher.kind == NODE and node.name != into[0].publisher.name:
                 help += f"; if it is to own the edge, name it in the description: publisher: {node.name}"
@@ -376,17 +380,17 @@ def check_edges(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         does = any(not claim.silent and claim.child.value == one.child for claim in owned)
         if could and not does and not any(claim.node.full in explained for claim in owned):
             claim, when = owned[0], f" when {one.when}" if one.when else ""
-            message = f"no node publishes {one.parent} -> {one.child}{when}: {claim.node.shown} owns it, and "
+            message = f"no node publishes {one.parent} -> {one.child}{when}: {claim.node.display_name} owns it, and "
             message += claim.silent or f"it publishes {claim.edge}"
             help = claim.fix if claim.silent else "correct its frames, or the edge"
-            related = [case.related(f"{one.owner} owns it here", one.path)]
+            related = [case.related_place(f"{one.owner} owns it here", one.path)]
             yield error("parameters-no-owner", message, claim.switch.span, help, related)
 
 
 def _both(claim: Claim, rival: Claim) -> Diagnostic:
-    message = f"{rival.node.shown} and {claim.node.shown} both publish {claim.edge}: {claim.because}"
+    message = f"{rival.node.display_name} and {claim.node.display_name} both publish {claim.edge}: {claim.because}"
     help = f"an edge has one publisher: {rival.off} in the one, or {claim.off} in the other"
-    related = Related(f"{rival.node.shown} publishes it here: {rival.because}", rival.switch.span)
+    related = Related(f"{rival.node.display_name} publishes it here: {rival.because}", rival.switch.span)
     return error("parameters-two-owners", message, claim.switch.span, help, [related])
 
 
@@ -395,14 +399,14 @@ def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Di
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
-    message = f"{claim.node.shown} publishes {claim.edge}"
+    message = f"{claim.node.display_name} publishes {claim.edge}"
     if near is None:
         ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
         help = help or f"{claim.off}, or add it to edges: {{{ends}}}"
         message += ", an edge that the description does not have"
         return Diagnostic("parameters-other-edge", WARNING, message, claim.switch.span, help=help)
     message += f"{end.how}, but in the description it is {near.parent} -> {near.child}"
-    related = [case.related(f"described here, of {near.owner}", near.path)]
+    related = [case.related_place(f"described here, of {near.owner}", near.path)]
     help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
     return error("parameters-other-edge", message, end.span, help, related)
 
@@ -420,7 +424,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
             is_end = (node.full, setting.span) in ends and key.frame != SENSOR
             if is_end and setting.value not in case.robot.simulated_frames:
                 continue
-            name, text = f'"{full}" of {node.shown} is "{setting.value}"{setting.how}', str(setting.value)
+            name, text = f'"{full}" of {node.display_name} is "{setting.value}"{setting.how}', str(setting.value)
             if (value := text.removeprefix("/")) != text and not (node.kind and node.kind.strips_slash):
                 message = f'{name}: tf2 refuses names of frames that begin with "/"'
                 yield error("parameters-frame", message, setting.span, f'write "{text.lstrip("/")}"')
@@ -458,7 +462,7 @@ def _check_base(
     named = {other.value for one, _, other in _named(node) if one.frame == ODOM}
     moved = [step for step in leading if step.parent in named] or leading
     part: Collection[str] = next((part for part in parts if moved and moved[0].parent in part), ())
-    related = [case.related(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
+    related = [case.related_place(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
     help = f"{key.name}: {moved[0].child}" if moved else ""
     if moved and value not in part and value not in links:
         suggestion = Suggestion(value, part, instead=help)
@@ -471,4 +475,4 @@ def _check_base(
 
 def _unpublished(case: Case, frame: str) -> list[Related]:
     joint = case.robot.joint_to.get(frame) or next(iter(case.robot.joints_from.get(frame, ())), None)
-    return [case.related(f'no node publishes joint "{joint.name}"', case.publisher(joint))] if joint else []
+    return [case.related_place(f'no node publishes joint "{joint.name}"', case.publisher(joint))] if joint else []

@@ -99,7 +99,9 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
-    if needed := missing(one.kind, one.values) if are_right else []:  # misspelt names make parameters seem missing
+    if (
+        needed := missing_parameters(one.kind, one.values) if are_right else []
+    ):  # misspelt names make parameters seem missing
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
             help = f'{one.known.why_not}; write the values in "params"'
@@ -185,11 +187,11 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
-def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
+def missing_parameters(kind: Kind | None, given: Iterable[str]) -> list[str]:
     """Return the required parameters that are not in ``given``, not even under a misspelt name."""
     if kind is None:
         return []
-    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt keys
+    meant = {nearest(key, kind.suggestions(key)) for key in given if kind.key(key) is None}  # misspelt keys
     return [key.name for key in kind.own_keys() if key.needed and key.name not in given and key.name not in meant]
 
 

@@ -190,7 +190,9 @@ def relocate(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifac
     """Return an artifact for the path ``place``. A launch file is changed to load the URDF at the path ``urdf``."""
     if not FORMATS[artifact.backend].located or not urdf:
         return replace(artifact, file=place)
-    names = {output.name: urdf for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)} | {artifact.output: place}
+    names = {output.name: urdf for output in FORMATS.outputs_read_by(robot, ROBOT_STATE_PUBLISHER)} | {
+        artifact.output: place
+    }
     outputs = tuple(replace(one, file=names.get(one.name, one.file)) for one in robot.outputs)
     output = next(one for one in outputs if one.name == artifact.output)
     text = FORMATS[artifact.backend].compile(replace(robot, outputs=outputs), output, Templates())[0]

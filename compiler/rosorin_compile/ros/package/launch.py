@@ -79,7 +79,7 @@ def mode_arguments(robot: Robot) -> dict[str, str]:
 
 def launch_values(robot: Robot, carried: CarriedDescription | None) -> dict[str, Any]:
     """Return the template variables of launch files; ``carried`` is the description to compile at launch, or None."""
-    always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
+    always, in_modes, _ = static_tf.static_transforms(robot, FORMATS.outputs_read_by(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
     conditions = {one.when: static_tf.condition(robot, one.when) for one in in_modes}
     about = "the robot is run in the mode"

@@ -78,7 +78,7 @@ def _link(robot: Robot, link: Link) -> Data:
     if (inertial := link.inertial) is not None:
         moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
         made["inertial"] = {"mass": inertial.mass, **page_pose(inertial.pose), **moments}
-    made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
+    made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn_shapes()]
     look = robot.look_of(link)
     instead = {} if look is None or robot.has_looks else {"rgba": list(look)}
     made["collision"] = [one | instead for one in _shapes(link.collision)]
@@ -86,7 +86,7 @@ def _link(robot: Robot, link: Link) -> Data:
 
 
 def _shapes(shapes: Iterable[Shape]) -> list[Data]:
-    return [_shape(one) for shape in shapes for one in shape.drawn()]
+    return [_shape(one) for shape in shapes for one in shape.drawn_shapes()]
 
 
 def _shape(shape: Shape) -> Data:
@@ -128,8 +128,8 @@ def _situations(robot: Robot) -> list[Data]:
 
 
 def _edge(row: Row) -> Data:
-    made: Data = {"parent": row.parent, "child": row.child, "publisher": row.publisher, "published": row.published}
-    rest = {"topic": row.topic if row.published else "", "why": row.why, "joint": row.joint, "kind": row.kind}
+    made: Data = {"parent": row.parent, "child": row.child, "publisher": row.publisher, "published": row.is_published}
+    rest = {"topic": row.topic if row.is_published else "", "why": row.why, "joint": row.joint, "kind": row.kind}
     return made | {key: value for key, value in rest.items() if value}
 
 

@@ -177,6 +177,6 @@ def _frames(robot: Robot, frames: Sequence[str], published: bool, modes: Mapping
     if not published:
         return list(dict.fromkeys(frames))
     states = {**dict.fromkeys(robot.modes, True), **modes}
-    rows = [row for row in robot.frame_tree() if row.published and holds(row.when, states)]
+    rows = [row for row in robot.frame_tree() if row.is_published and holds(row.when, states)]
     found = {name for row in rows for name in (row.parent, row.child)} or robot.link.keys()
     return [link.name for link in robot.links if link.name in {*found, *frames}]

@@ -84,9 +84,11 @@ class Scene:
             own = default_colours(robot)[link.name]
             veil = (_OVERLAY if collision else own) if robot.has_looks else robot.look_of(link) or own
             lost = any(isinstance(shape.geometry, Mesh) and shape.geometry not in meshes for shape in link.visual)
-            solids = [(solid, robot.colour(solid), robot.has_looks) for shape in link.visual for solid in shape.drawn()]
+            solids = [
+                (solid, robot.colour(solid), robot.has_looks) for shape in link.visual for solid in shape.drawn_shapes()
+            ]
             drawn = collision or lost or not robot.has_looks
-            solids += [(solid, veil, drawn) for shape in link.collision for solid in shape.drawn()]
+            solids += [(solid, veil, drawn) for shape in link.collision for solid in shape.drawn_shapes()]
             for solid, rgba, visible in solids:
                 geometry, pose = solid.geometry, poses[link.name].then(solid.pose.transform())
                 is_mesh, is_box = isinstance(geometry, Mesh), isinstance(geometry, Box)

@@ -39,7 +39,7 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
             shapes[key] = lowering.share((id(entry.get(key)), source), make)
         inertial = None
         if "inertial" in entry:
-            with lowering.reporting(f' ("inertial" of link "{name}")'):
+            with lowering.report_errors(f' ("inertial" of link "{name}")'):
                 made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
                 inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
         marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
@@ -52,7 +52,7 @@ def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Sou
     shapes = []
     for index, entry in enumerate(link.get(str(path[-1])) or ()):
         own = record_of(Source, entry["source"]) if "source" in entry else source
-        with lowering.reporting():
+        with lowering.report_errors():
             stand_in = own.note if own.status == "stand_in" else ""
             shapes.append(lower_shape(entry, (*path, index), lowering.accepts, stand_in))
     return tuple(shapes)

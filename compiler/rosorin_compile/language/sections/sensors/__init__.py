@@ -139,7 +139,7 @@ def _elements(
 ) -> tuple[tuple[SensorElement, ...], tuple[GazeboSensor, ...]]:
     links = {link.name: link for link in lowering.links}
     elements, gazebo = list[SensorElement](), list[GazeboSensor]()
-    with lowering.reporting(f' (sensor "{name}")'):
+    with lowering.report_errors(f' (sensor "{name}")'):
         for index, item in enumerate(entry.get("mjcf") or ()):
             path: Path = ("sensors", name, "mjcf", index)
             element = _around_shapes(_moved(_mjcf_element(name, item, frames, path), entry, frames), links)
@@ -148,7 +148,7 @@ def _elements(
             if element.kind == simulation.SENSOR_ELEMENT and element.pose is not None:
                 lowering.place("MuJoCo site", element.site, path)
             elements.append(element)
-    with lowering.reporting(f' (sensor "{name}")'):
+    with lowering.report_errors(f' (sensor "{name}")'):
         for index, item in enumerate(entry.get("gazebo") or ()):
             path = ("sensors", name, "gazebo", index)
             gazebo.append(_gazebo_sensor(name, item, frames, path))

@@ -266,7 +266,7 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
             if taken := [name for name, first in firsts.items() if first is not block]:
                 first = firsts[taken[0]]
                 message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" also has'
-                there = case.related("first defined here", ("control", first.name, section, one.name), key=True)
+                there = case.related_place("first defined here", ("control", first.name, section, one.name), key=True)
                 yield problem("control-interface", message, path, related=[there], key=True)
 
 
@@ -301,7 +301,9 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
 
 def _check_joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
     humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
-    problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
+    problem = partial(
+        _problem, case, block, related=[case.related_place("the joint", case.joint(joint), key=True)], key=True
+    )
     name = f'joint "{one.name}"'
     if not joint.moves:
         yield problem("control-joint", f"{name} is {joint.type}, so it cannot be controlled", path)
@@ -316,7 +318,7 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     if not follows(joint, one) or joint.mimic is None:
         return
     name = f'{name} mimics "{joint.mimic.joint}"'
-    mimic = case.related('"mimic" of the joint', case.joint(joint, "mimic"), key=True)
+    mimic = case.related_place('"mimic" of the joint', case.joint(joint, "mimic"), key=True)
     problem = partial(problem, "control-mimic", related=[mimic])
     if one.command and not humble:
         yield problem(f"{name}, and from Jazzy on, a mimic joint must not have a command", (*path, "command"))

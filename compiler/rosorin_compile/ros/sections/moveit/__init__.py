@@ -155,7 +155,7 @@ def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
 
 @rule("moveit-unknown-group", "A name is that of no planning group.", "Correct the name.", Heading.OUTPUTS)
 @rule("moveit-unknown-pose", "A state of a group is a pose that there is not.", "Correct the name.", Heading.OUTPUTS)
-def planning(case: Case) -> Iterator[Diagnostic]:
+def planning_names(case: Case) -> Iterator[Diagnostic]:
     """Report unknown planning groups and poses."""
     if (said := case.robot.moveit) is None:
         return
@@ -175,4 +175,4 @@ def state_path(case: Case, group: Group, state: str) -> Path:
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 
 
-SECTION: Section[Moveit | None] = Section("moveit", lower=moveit_of, checks=(planning,))
+SECTION: Section[Moveit | None] = Section("moveit", lower=moveit_of, checks=(planning_names,))

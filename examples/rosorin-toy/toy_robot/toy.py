@@ -97,15 +97,15 @@ def load(opened: ImportFile) -> dict[str, Any]:
             case ["angles", "rad" | "deg" as unit]:
                 angle = unit
             case ["link", name]:
-                robot["links"][name] = opened.at({}, line)
+                robot["links"][name] = opened.with_span({}, line)
             case ["link", name, _, _]:
                 mass, radius = numbers(opened, line, found[2:], "kg", "m")
                 ball = {"inertial": {"of": "collision", "mass": mass}, "collision": [{"sphere": {"radius": radius}}]}
-                robot["links"][name] = opened.at(ball, line)
+                robot["links"][name] = opened.with_span(ball, line)
             case ["joint", name, kind, parent, child, _, _, _, _, _, _]:
                 x, y, z, *rpy = numbers(opened, line, found[5:], "m", "m", "m", angle, angle, angle)
                 joint = {"type": kind, "parent": parent, "child": child, "xyz": [x, y, z], "rpy": rpy}
-                robot["joints"][name] = opened.at(joint, line)
+                robot["joints"][name] = opened.with_span(joint, line)
             case [word, *_]:
                 help = "a line begins with robot, angles, link or joint"
                 message = f'unknown line "{word}"'
@@ -116,7 +116,7 @@ def load(opened: ImportFile) -> dict[str, Any]:
 def numbers(opened: ImportFile, line: int, words: list[re.Match[str]], *units: str) -> list[Any]:
     """Return numbers with their places, for messages, and with their digits, for comparisons."""
     pairs = zip(words, units, strict=True)
-    return [opened.at(f"{word[0]} {unit}", line, word.start() + 1, len(word[0])) for word, unit in pairs]
+    return [opened.with_span(f"{word[0]} {unit}", line, word.start() + 1, len(word[0])) for word, unit in pairs]
 
 
 NO_WORD = ("links.*.visual", "joints.*.actuator", "joints.*.publisher", "actuators", "disabled_contacts")

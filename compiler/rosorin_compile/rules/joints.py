@@ -134,10 +134,13 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         last = max(circle, key=lambda joint: order[joint.name])
         chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
         message = f'joint "{last.name}" closes a loop: {chain}'
-        path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
+        path, frame = case.end(last, "parent"), case.end(last, "child")
+        help = "" if circle[1:] else 'correct "parent" or "child" of this joint'
         if frame[0] == "sensors":
-            path, help = frame, _OWN_FRAME
-            message = f'{owner_of_frame(frame)} defines the frame "{last.child}", but is also attached to it'
+            path, is_optical, what = frame, "optical" in frame, owner_of_frame(frame)
+            message = f'{what if is_optical else f"the frame of {what}"} has the name of link "{last.child}", '
+            message += "to which the sensor is itself attached"
+            help = 'write "optical: {frame: NAME}" with a new name' if is_optical else _OWN_FRAME
         others = [joint for joint in circle if joint is not last]
         related = [(f'joint "{joint.name}" is part of the loop', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
@@ -277,12 +280,12 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         wrong = [("mjcf", "springdamper", min(pair))] if any(pair) and min(pair) <= 0 else []
         for part, key, value in (*(one for one in numbers if one[2] < 0), *wrong):
             path = case.joint(joint, part, key)
-            why = "not above 0" if key == "springdamper" else "below 0"
+            why, help = ("not above 0", "write values above zero") if key == "springdamper" else ("below 0", "")
             message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stand_in(path)}, {why}'
-            yield case.problem("dynamics-negative", message, path)
+            yield case.problem("dynamics-negative", message, path, help)
 
 
-@rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
+@rule("axis-missing", "A note: moving joints have no axis.", "Write the axis, such as `axis: [0, 0, 1]`.", JOINTS)
 @rule("axis-across", "A warning: a joint axis is across its wheel.", "Correct the axis.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
     """Report joints without an axis in one note, and wheels that would not turn about their axle."""
@@ -292,7 +295,8 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
                 message = f'joint "{joint.name}" has no axis, so it turns wheel "{joint.child}" about x, not its axle'
-                yield case.problem("axis-across", message, case.joint(joint), key=True)
+                help = 'add "axis: [X, Y, Z]" with the direction of the axle'
+                yield case.problem("axis-across", message, case.joint(joint), help, key=True)
             else:
                 others.append(joint)
     if others:
@@ -317,7 +321,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'"mjcf.{word}" of joint "{joint.name}" differs from {".".join(other)}'
+            message = f'"mjcf.{word}" of joint "{joint.name}" conflicts with "{".".join(other)}"'
             related = [("the other value", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:

@@ -373,7 +373,7 @@ class _Reader(XmlReader):
         self.put_numbers(entry, element, position)
         missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
         if missing:
-            help = "add them, the largest torque or force and the largest speed: URDF parsers require both"
+            help = "add them: effort is the largest torque or force, velocity the largest speed"
             self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "accepts it")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{name_of(element)} has neither damping nor friction"

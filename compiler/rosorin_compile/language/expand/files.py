@@ -137,7 +137,7 @@ class Reader:
             return None
         if resolve(target) in within:
             message = f"{name} includes itself, directly or through others"
-            self.scope.report("include-cycle", message, place, "remove one of the includes")
+            self.scope.report("include-cycle", message, place, 'remove this entry of "include"')
             return None
         if len(self.files) >= MAX_FILES or len(within) > MAX_NESTED:
             message = f"more than {MAX_FILES:,} files are included, or more than {MAX_NESTED} within each other"

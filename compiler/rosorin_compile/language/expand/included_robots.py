@@ -310,7 +310,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
         good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
-        help = "do not use < > &, quotes or outer spaces"
+        help = "do not use < > &, quotes or spaces at the ends"
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
         raise EvaluationFailed

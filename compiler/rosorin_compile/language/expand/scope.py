@@ -152,12 +152,14 @@ class Scope:
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
         is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
         if is_taken or not is_good:
-            why = f'{own}" is a built-in function' if is_taken else f'{name}" cannot be used in an expression'
-            form = "NAME(FIRST, SECOND)" if call else "a name"
-            self.report("bad-name", f'"{why}', place, f"write {form} with letters, digits and underscores only")
+            message, help = f'"{own}" is the name of a built-in function', "choose another name"
+            if not is_good:
+                message, form = f'"{name}" cannot be used in an expression', "NAME(FIRST, SECOND)" if call else "a name"
+                help = f"write {form} with letters, digits and underscores only"
+            self.report("bad-name", message, place, help)
         elif own in self.places:
             related = [Related("first defined here", self.places[own].span)]
-            self.report("duplicate-name", f'the value "{own}" is defined twice', place, "rename one", related)
+            self.report("duplicate-name", f'the value "{own}" is defined twice', place, "rename one of them", related)
             return
         self.places[own], self.local[own] = place, value_place
         if call:
@@ -213,7 +215,8 @@ class Scope:
             related = [Related(f'"{step}" is used here', self.places[step].span) for step in steps]
             message = f"{' -> '.join(chain)}: the value depends on itself"
             self.broken.update(chain)
-            raise self.fail("cycle", message, self.places[chain[0]], "define one of them without the others", related)
+            help = f"define {'one of them without the others' if chain[2:] else 'it without using its own name'}"
+            raise self.fail("cycle", message, self.places[chain[0]], help, related)
         self.running.append(mark)
         try:
             self.values[name] = self.resolve(*self.pending[name])

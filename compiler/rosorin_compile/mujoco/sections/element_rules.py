@@ -242,9 +242,9 @@ def marks(case: Case) -> Iterator[Diagnostic]:
     """A site, camera or light has a value that MuJoCo rejects, or values that contradict each other."""
     for link in case.robot.links:
         for mark in link.marked:
-            for key, message in _mark_problems(mark.tag, mark.values):
-                path = case.link(link.name, f"{mark.tag}s", mark.name, key)
-                yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, key=True)
+            for key, problem in _mark_problems(mark.tag, mark.values):
+                path, (message, _, help) = case.link(link.name, f"{mark.tag}s", mark.name, key), problem.partition("; ")
+                yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, help, key=True)
 
 
 def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -259,20 +259,21 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
         return
     chip = [key for key in ("focal", "focalpixel", "principal", "principalpixel") if key in values]
     if any(not 0 <= value <= 1 for value in numbers("softness")):
-        yield "softness", f"has a softness of {number(values['softness'])}: write a number from 0 to 1"
+        yield "softness", f"has a softness of {number(values['softness'])}; write a number from 0 to 1"
     if chip and "sensorsize" not in values:
-        yield chip[0], f"has {chip[0]} but no sensorsize: write the size of the image sensor, [WIDTH, HEIGHT] in m"
+        yield chip[0], f"has {chip[0]} but no sensorsize; write the size of the image sensor, [WIDTH, HEIGHT] in m"
     if "dir" in values and tag == "light" and not any(numbers("dir")):
-        yield "dir", "has a direction of length zero: write one, such as [0, 0, -1]"
+        yield "dir", "has a direction of length zero; write one, such as [0, 0, -1]"
     if "sensorsize" in values and ("fovy" in values or not {"focal", "focalpixel"} & values.keys()):
-        yield "sensorsize", "has a sensorsize: write focal: [X, Y] (m) with it, and no fovy"
+        yield "sensorsize", "has a sensorsize; write focal: [X, Y] (m) with it, and no fovy"
     for key in ("sensorsize", "focal", "focalpixel", "resolution"):
         if any(value <= 0 for value in numbers(key)):
             yield key, f"has a {key} that is not above zero"
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
-        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees: write an angle between 0 and 180"
+        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees; write an angle between 0 and 180"
     if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
-        yield "target" if "target" in values else "mode", 'needs both "mode: targetbody" and "target: LINK", or neither'
+        message = 'has only one of "mode: targetbody" and "target: LINK"; write both, or neither'
+        yield "target" if "target" in values else "mode", message
 
 
 @rule("body-value", help="Move the key to the root link, or remove it.", topic=SIMULATED)
@@ -290,7 +291,7 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
         is_held = not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
         problems = {}
         if link.mjcf.get("mocap") is True and is_held:
-            problems["mocap"] = 'it needs a root link with "base: fixed" in the output, or a link fixed to the world'
+            problems["mocap"] = 'only a root link (with "base: fixed") or a link fixed to the world can have it'
         is_fixed = ("fixed" in bases or not bases) and not world
         if link.mjcf.get("sleep") in ("never", "allowed", "init") and (not is_root or is_fixed):
             problems["sleep"] = 'only the root link can have it, with "base: free" in the output'

@@ -102,14 +102,14 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     if needed := missing(one.kind, one.values) if are_right else []:  # misspelt names make parameters seem missing
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
-            help = f'{one.known.why_not}; write the values in "params"'
+            help = f'the values cannot be derived, because {one.known.why_not}, or write the values in "params"'
         elif blocks and not controller.hardware and "joints" in needed:
             block = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
             help = f'name the hardware block whose joints the controller moves: "hardware: {block}"'
         else:
             examples = facts("ros2_controllers")["examples"]
             help = f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
-        message = f"{name} does not start without {quote(needed, most=4)}"
+        message = f"{name} will not start without {quote(needed, most=4)}"
         yield Finding("controller-missing", message, "", help)
     frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
     for key, value in given.items():
@@ -179,10 +179,11 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    meant = nearest(package, packages)  # no error: a package with a similar name may exist
-    is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
     message += " of an unknown package, so its parameters are not checked"
-    return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
+    meant = nearest(package, packages)  # no error: a package with a similar name may exist
+    if not (meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)):
+        return Finding("controller-type", message, "type", "correct the type if it is misspelt", NOTE)
+    return Finding("controller-type", message, "type", help, WARNING)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:

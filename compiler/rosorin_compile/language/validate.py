@@ -126,7 +126,7 @@ _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "
 _TYPES |= {"object": "a mapping", "array": "a list"}
 # Help for a name or text that does not match a pattern, by a part of the pattern.
 _FORMS = {" +": "do not use < > &, quotes or spaces at the ends", "A-Z": "use letters, digits and _"}
-_FORMS |= {"/]": 'do not use < > &, quotes, spaces or "/"', "d{4}": "write the date as YYYY-MM-DD"}
+_FORMS |= {"/]": 'do not use < > &, quotes, spaces or "/"', "{4}": "write the date as YYYY-MM-DD"}
 # (rule, message) by JSON Schema keyword, for errors that need no help text.
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
@@ -176,9 +176,8 @@ class _Report:
             kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
-        message = message.format(
-            where=where, value=value, wanted=wanted, keys=", ".join(self.part.get("properties", {}))
-        )
+        keys = ", ".join(self.part.get("properties", {}))
+        message = message.format(where=where, value=value, wanted=wanted, keys=keys)
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
         return self._make(rule, message, (_name_help(str(value), wanted) if keyword == "pattern" else "") or meaning)

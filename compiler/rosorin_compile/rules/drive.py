@@ -143,9 +143,8 @@ def radii(case: Case) -> Iterator[Diagnostic]:
     drive = _sound(case)
     radius, place = drive.radius if drive else None, ("drive", "radius")
     if radius is not None and radius <= 0:
-        message = f"the radius of the wheels must be above zero, not {number(radius)} m"
         help = 'correct "radius", or remove it to use the collision cylinders of the wheels'
-        yield case.problem("drive-radius", message, place, help)
+        yield case.problem("drive-radius", f"the wheel radius must be above zero, not {number(radius)} m", place, help)
         return
     for _, joint, path in _named(case, drive):
         shown = model.rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0

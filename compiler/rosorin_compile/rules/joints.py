@@ -124,7 +124,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
     return above
 
 
-@rule("joint-cycle", help="Change `parent` of one of these joints.", topic=JOINTS)
+@rule("joint-cycle", help="Correct `parent` or `child` of a joint in the loop.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints form a cycle; cycles through a link with two parents are reported as `two-parents`."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
@@ -134,13 +134,11 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         last = max(circle, key=lambda joint: order[joint.name])
         chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
         message = f'joint "{last.name}" closes a loop: {chain}'
-        path, frame = case.end(last, "parent"), case.end(last, "child")
-        help = "" if circle[1:] else 'correct "parent" or "child" of this joint'
+        path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
-            path, is_optical, what = frame, "optical" in frame, owner_of_frame(frame)
-            message = f'{what if is_optical else f"the frame of {what}"} has the name of link "{last.child}", '
-            message += "to which the sensor is itself attached"
-            help = 'write "optical: {frame: NAME}" with a new name' if is_optical else _OWN_FRAME
+            path, of = frame, "" if "optical" in frame else "the frame of "
+            message = f'{of}{owner_of_frame(frame)} has the name of link "{last.child}", to which it is itself attached'
+            help = _OWN_FRAME if of else 'write "optical: {frame: NAME}" with a new name'
         others = [joint for joint in circle if joint is not last]
         related = [(f'joint "{joint.name}" is part of the loop', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
@@ -295,8 +293,7 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
                 message = f'joint "{joint.name}" has no axis, so it turns wheel "{joint.child}" about x, not its axle'
-                help = 'add "axis: [X, Y, Z]" with the direction of the axle'
-                yield case.problem("axis-across", message, case.joint(joint), help, key=True)
+                yield case.problem("axis-across", message, case.joint(joint), 'add "axis" along the axle', key=True)
             else:
                 others.append(joint)
     if others:
@@ -321,7 +318,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'"mjcf.{word}" of joint "{joint.name}" conflicts with "{".".join(other)}"'
+            message = f'"mjcf.{word}" of joint "{joint.name}" conflicts with {".".join(other)}'
             related = [("the other value", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:

@@ -92,8 +92,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
     order = list(case.section("outputs"))
     for output in sorted(case.robot.outputs, key=lambda output: order.index(output.name)):
         path: Path = ("outputs", output.name, "file")
-        reason = _outside(output.file)
-        if reason:
+        if reason := _outside(output.file):
             usual = case.formats[output.backend].file if output.backend in case.formats else ""
             name = usual.format(case.robot.name) or f"{output.name}.txt"
             help = f'write "file: {name}", relative to the outputs folder (which "-o FOLDER" chooses)'

@@ -202,8 +202,8 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
         path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
         leader, message = robot.joint.get(name), f'joint "{joint.name}" mimics "{name}"'
         if not joint.moves:
-            message, help = f"{message}, but is itself {joint.type}", 'remove "mimic", or correct the type of the joint'
-            yield case.problem("mimic-fixed", message, path[:-1], help, key=True)
+            message = f"{message}, but is itself {joint.type}"
+            yield case.problem("mimic-fixed", message, path[:-1], 'remove "mimic", or correct the joint type', key=True)
         elif leader is None:
             moving = [other.name for other in robot.joints if other.moves and other is not joint]
             help = case.suggest(path, name, moving, "name a joint that moves")
@@ -214,10 +214,10 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
     for names in circles(_leaders(robot)):
         first, *others = [case.joint(robot.joint[name], "mimic", "joint") for name in names]
         related = [(f'"mimic" of joint "{name}" is here', path) for name, path in zip(names[1:], others, strict=True)]
-        message, help = f"joints mimic each other in a loop: {' -> '.join([*names, names[0]])}", ""
+        message, fix = f"joints mimic each other in a loop: {' -> '.join([*names, names[0]])}", ""
         if not others:
-            message, help = f'joint "{names[0]}" mimics itself', 'name another joint in "mimic", or remove it'
-        yield case.problem("mimic-cycle", message, first, help, related=related)
+            message, fix = f'joint "{names[0]}" mimics itself', 'name another joint in "mimic", or remove it'
+        yield case.problem("mimic-cycle", message, first, fix, related=related)
 
 
 def _leaders(robot: Robot) -> dict[str, str]:

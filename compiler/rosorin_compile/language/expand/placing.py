@@ -382,10 +382,9 @@ def _report(rule: str, message: str, help: str, name: str, first: Map, second: M
         what, where = ("file", "include") if isinstance(place.via, Include) else ("part", "use")
         message, related = f"{message}, because the {what} that defines it is used twice", related[1:]
         own = ', or give each its own "prefix"' if rule == "duplicate-name" and what == "part" else ""
-        help = f'remove one of the entries of "{where}"{own}'
-        if own and by is not None and place.via is not None and by.span == place.via.span:
-            help = 'use the loop variable in "prefix"'
-    elif rule == "duplicate-name" and any(via is not None and via.made for via in (by, place.via)):
+        is_loop = own and by and place.via and by.span == place.via.span
+        help = 'use the loop variable in "prefix"' if is_loop else f'remove one of the entries of "{where}"{own}'
+    elif rule == "duplicate-name" and any(via and via.made for via in (by, place.via)):
         help += ', or give the part another "prefix"'
     scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
     return False

@@ -152,11 +152,9 @@ class Scope:
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
         is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
         if is_taken or not is_good:
-            message, help = f'"{own}" is the name of a built-in function', "choose another name"
-            if not is_good:
-                message, form = f'"{name}" cannot be used in an expression', "NAME(FIRST, SECOND)" if call else "a name"
-                help = f"write {form} with letters, digits and underscores only"
-            self.report("bad-name", message, place, help)
+            message = f'"{own}" is the name of a built-in function' if is_good else f'"{name}" is not a valid name'
+            help = f"write {'NAME(FIRST, SECOND)' if call else 'a name'} with letters, digits and underscores only"
+            self.report("bad-name", message, place, "choose another name" if is_good else help)
         elif own in self.places:
             related = [Related("first defined here", self.places[own].span)]
             self.report("duplicate-name", f'the value "{own}" is defined twice', place, "rename one of them", related)

@@ -272,8 +272,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
         yield "fovy", f"has a field of view of {number(values['fovy'])} degrees; write an angle between 0 and 180"
     if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
-        message = 'has only one of "mode: targetbody" and "target: LINK"; write both, or neither'
-        yield "target" if "target" in values else "mode", message
+        yield "target" if "target" in values else "mode", 'needs both "mode: targetbody" and "target: LINK", or neither'
 
 
 @rule("body-value", help="Move the key to the root link, or remove it.", topic=SIMULATED)

@@ -179,11 +179,10 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     help = Suggestion(kind, words, instead=f"short words: {', '.join(short)}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
         return Finding("controller-type", f"{message}, which does not exist", "type", help)
-    message += " of an unknown package, so its parameters are not checked"
     meant = nearest(package, packages)  # no error: a package with a similar name may exist
-    if not (meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)):
-        return Finding("controller-type", message, "type", "correct the type if it is misspelt", NOTE)
-    return Finding("controller-type", message, "type", help, WARNING)
+    is_near = meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words)
+    message += " of an unknown package, so its parameters are not checked"
+    return Finding("controller-type", message, "type", help if is_near else "", WARNING if is_near else NOTE)
 
 
 def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:

@@ -135,8 +135,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
         help = f"{reasons[files[0]]}; use an existing STL or OBJ file, or give the link a box or cylinder"
         return None, [report(rule, message, help=help)]
     if not solids:
-        help = "add a collision shape to at least one link"
-        return None, [report(rule, f"no link of the robot has a collision shape: {left}", help=help)]
+        return None, [report(rule, f"no link of the robot has a collision shape: {left}")]
     corners = int(options.get("corners", CORNERS))
     try:
         outline = footprint(solids, corners)

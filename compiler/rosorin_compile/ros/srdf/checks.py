@@ -79,7 +79,8 @@ def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
             if group.name == next(name for name in planning.groups if name in circle):  # report each cycle once
                 message = f"planning groups contain each other: {' -> '.join([*circle, group.name])}"
                 message = message if circle[1:] else f'planning group "{group.name}" contains itself'
-                yield case.problem("moveit-group", message, (*path, "groups"), f'remove "{circle[-1]}" from "groups"')
+                help = f'remove "{(circle[1:] or circle)[0]}" from "groups"'
+                yield case.problem("moveit-group", message, (*path, "groups"), help)
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), 'use the link that it moves as "tip"')

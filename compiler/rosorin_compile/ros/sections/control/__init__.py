@@ -304,8 +304,7 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'
     if not joint.moves:
-        message, help = f"{name} is {joint.type}, so it cannot be controlled", "remove it from the block"
-        yield problem("control-joint", message, path, help)
+        yield problem("control-joint", f"{name} is {joint.type}, so it cannot move", path, "remove it from the block")
         return
     if not is_carried:
         why = "Humble ignores that, newer versions reject the URDF" if humble else "ros2_control rejects the URDF"
@@ -324,9 +323,8 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     if (leader := joint.mimic.joint) not in [other.name for other in block.joints]:
         yield problem(f"{name}, which is not in the block", path, f'add "{leader}" to it, or write "mimic: false"')
     if humble and joint.mimic.offset:
-        message = f"{name} with an offset, which the mock hardware of Humble ignores"
         help = 'remove "offset" from "mimic", or write "mimic: false" in the block'
-        yield problem(message, path, help, severity=WARNING)
+        yield problem(f"{name} with an offset, which mock hardware of Humble ignores", path, help, severity=WARNING)
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:

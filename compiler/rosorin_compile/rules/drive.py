@@ -99,8 +99,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 @rule("drive-places", help="Correct the joint names in `drive`, or the poses of the joints.", topic=JOINTS)
 def places(case: Case) -> Iterator[Diagnostic]:
     """A wheel is on the wrong side, or the wheels cannot move the base; a warning if they are not on one floor."""
-    drive = _sound(case)
-    if drive is None:
+    if (drive := _sound(case)) is None:
         return
     path_of = {joint.name: path for _, joint, path in _named(case, drive)}
     at = {name: model.place_in_base(case.robot, drive, name) for name in path_of}

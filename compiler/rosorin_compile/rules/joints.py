@@ -153,8 +153,7 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     if robot.is_tree:
         return
     for child in [one.child for one in robot.joints if one.child not in {*robot.link, *WORLD_FRAMES}]:
-        suggestion = nearest(child, roots)
-        if suggestion is None:
+        if (suggestion := nearest(child, roots)) is None:
             return
         roots.remove(suggestion)
     left = _orphans(case)
@@ -209,8 +208,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         if limit is None or not (joint.moves or joint.type == "planar"):
             continue
         keys = ("lower", "upper", "effort", "velocity") if is_bounded else ("effort", "velocity")
-        missing = [key for key in keys if getattr(limit, key) is None]
-        if missing:
+        if missing := [key for key in keys if getattr(limit, key) is None]:
             id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
             message = f"the limit of {called} lacks {phrase(missing)}, which URDF parsers require"
             yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)

@@ -130,7 +130,7 @@ class IncludedRobots:
             try:
                 texts[name] = FUNCTIONS["str"](value)
             except KindError:
-                message = f'the argument "{name}" of a xacro must be text or a number, not {kind_of(value)}'
+                message = f'the argument "{name}" of a xacro file must be text or a number, not {kind_of(value)}'
                 raise scope.fail("bad-argument", message, place_of(entry["args"], name, scope)) from None
         if "trust" in entry:
             message = '"trust" of an include has no effect: only the person who runs the command can trust a file'

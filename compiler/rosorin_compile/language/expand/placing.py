@@ -410,8 +410,7 @@ def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool 
 def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
     good, others = True, Map(more.span, more.via)
     for key, value in more.items():
-        mine = have.get(key)
-        if mine is None:
+        if (mine := have.get(key)) is None:
             have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
         elif key not in keys_of(section):
             continue  # validation reports the unknown key

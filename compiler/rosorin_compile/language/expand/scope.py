@@ -98,8 +98,7 @@ class Expansion:
             return "$" not in value
         if not isinstance(value, (Map, Seq)):
             return True
-        constant = self._constant.get(id(value))
-        if constant is None:
+        if (constant := self._constant.get(id(value))) is None:
             controlled = isinstance(value, Map) and ("for" in value or "if" in value or "$" in "".join(value))
             items = value.values() if isinstance(value, Map) else value
             constant = self._constant[id(value)] = not controlled and all(map(self.is_constant, items))
@@ -423,8 +422,7 @@ class Scope:
         owners = {name: owner for name in used if (owner := self.owner(name)) is not None}
         names = {name: owner.places[name].span for name, owner in owners.items()}
         values = {name: owner.values[name] for name, owner in owners.items() if name in owner.values}
-        help = self._expression_help(problem)
-        if not help:
+        if not (help := self._expression_help(problem)):
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if number:  # report the string where it was written, only once for all expressions that use it
                 written = argument_of(self, [number]) or Origin(names[number])

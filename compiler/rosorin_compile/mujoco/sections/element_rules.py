@@ -121,8 +121,7 @@ def _shapes(case: Case) -> Mapping[str, Path]:
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A key refers to a site, shape, tendon, actuator, camera or another object that does not exist."""
-    references = [one for one in case.symbols.references() if one.among]
-    if not references:
+    if not (references := [one for one in case.symbols.references() if one.among]):
         return
     names, wrong = _Names(case), dict[tuple[bool, str, str], list[Symbol]]()
     for one in references:
@@ -186,8 +185,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 @rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
 def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
     """Report elements in `mjcf` that do not belong there, and references to unknown names."""
-    texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
-    if not texts:
+    if not (texts := [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]):
         return
     names, own = _Names(case), f"{case.robot.name}_"
     # <replicate> and <flexcomp> append suffixes to the names of their elements.
@@ -200,8 +198,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
     for path, elements, top in texts:
-        wrong = next(((found, why) for found in elements if (why := _misplaced(found, top))), None)
-        if wrong:
+        if wrong := next(((found, why) for found in elements if (why := _misplaced(found, top))), None):
             found, (message, help) = wrong
             yield at_name(case.problem("mjcf-element", message, path, help), found.tags[-1], found.line)
             continue

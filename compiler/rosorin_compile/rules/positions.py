@@ -120,7 +120,8 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
     """A note: zero, where simulations begin, is outside the limits of a joint, and no pose sets the joint."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
     joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
-    if away := [joint for joint in joints if not _has(range_of(joint), 0.0)]:
+    away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
+    if away:
         names = first_of([f'"{joint.name}"' for joint in away], SHOWN)
         message = f"simulations start with all joints at zero, which is outside the limits of {names}"
         lower, _ = range_of(away[0]) or (0.0, 0.0)

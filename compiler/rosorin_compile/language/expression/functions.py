@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 MAX_ITEMS = 100_000
 _LARGEST = 10**18  # larger YAML integers are read as floats (see load)
-_KINDS: dict[Any, str] = {type(None): "nothing", bool: "true or false", (int, float): "a number"}
+_KINDS: dict[Any, str] = {type(None): "an empty value", bool: "true or false", (int, float): "a number"}
 _KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
 

@@ -304,7 +304,8 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'
     if not joint.moves:
-        yield problem("control-joint", f"{name} is {joint.type}: it cannot be controlled", path, "remove it from the block")
+        message = f"{name} is {joint.type}, so it cannot be controlled"
+        yield problem("control-joint", message, path, "remove it from the block")
         return
     if not is_carried:
         why = "Humble ignores that, newer versions reject the URDF" if humble else "ros2_control rejects the URDF"

@@ -71,7 +71,8 @@ def letters(case: Case) -> Iterator[Diagnostic]:
             message += f"mixes Latin letters with a look-alike of another script: {in_words(strange)}"
         else:
             continue
-        yield case.problem(id, message, one.path, related=related, severity=severity, key=one.key)
+        help = "" if letter or related else "retype it in one script"
+        yield case.problem(id, message, one.path, help, related=related, severity=severity, key=one.key)
 
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")

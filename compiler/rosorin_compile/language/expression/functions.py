@@ -180,7 +180,7 @@ def _numbers(text: Any) -> list[Any]:
     try:
         return [float(word) for word in text.split()]
     except ValueError:
-        raise ExpressionError(f'"{text}" is not a list of numbers', help="write it as '0 0 1'") from None
+        raise ExpressionError(f'"{text}" is not a list of numbers', help="write numbers, as in '0 0 1'") from None
 
 
 def _replace(text: str, old: str, new: str) -> str:

@@ -143,7 +143,7 @@ def _end_effector(case: Case, planning: PlanningModel, one: EndEffector) -> Iter
         if all(name in _all(case, kind) for kind, name in of_group):  # another rule reports unknown names
             message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries '
             help = "let the chain of that group end at this link"
-            yield case.problem(rule, f'{message}"{one.name}"', (*path, "parent_group"), help)
+            yield case.problem(rule, f'{message}end effector "{one.name}"', (*path, "parent_group"), help)
 
 
 def _virtual_joint(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:

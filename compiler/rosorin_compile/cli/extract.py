@@ -155,8 +155,7 @@ def _print(run: Run, result: Any, value: object) -> int:
 
 
 def _grid(run: Run) -> dict[str, Any]:
-    cells = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", run.cells or "0x0")
-    if cells is None:
+    if (cells := re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", run.cells or "0x0")) is None:
         raise RequestError(f'--cells takes two whole numbers such as 30x23, not "{run.cells}"')
     grid = run.pick("cell step below origin size map_digits")
     return {**grid, "cells": (int(cells[1]), int(cells[2])) if run.cells else None}

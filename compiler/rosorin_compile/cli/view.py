@@ -70,8 +70,7 @@ def run_picture(run: Run) -> int:
     """Write a robot as a PNG file."""
     from rosorin_compile.viewer.picture.draw import picture
 
-    size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)
-    if size is None:
+    if (size := re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)) is None:
         raise RequestError(f'"{run.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
     request = run.request(run.only_robot())
     picked = run.pick("pose joints pulses modes view collision published_frames frames theme transparent force")

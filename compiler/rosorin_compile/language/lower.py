@@ -100,7 +100,7 @@ class Lowering:
             self.places[kind, name] = path
         else:
             related = (Related("first defined here", self.tree.locate(first, key=True).span),)
-            self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
+            self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one of them", related)
 
     def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
         """Record the paths where a joint and its child frame are defined; report a frame with two parent joints."""

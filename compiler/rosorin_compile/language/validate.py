@@ -124,6 +124,9 @@ _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
 _TYPES |= {"object": "a mapping", "array": "a list"}
+# Help for a name or text that does not match a pattern, by a part of the pattern.
+_FORMS = {" +": "do not use < > &, quotes or spaces at the ends", "A-Z": "use letters, digits and _"}
+_FORMS |= {"/]": 'do not use < > &, quotes, spaces or "/"', "{4}": "write the date as YYYY-MM-DD"}
 # (rule, message) by JSON Schema keyword, for errors that need no help text.
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
@@ -154,9 +157,8 @@ class _Report:
         meaning = _sentence(str(self.part.get("description", "")))
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
             name = str(self.misfit.value)
-            form = "do not use < > &, quotes or outer spaces" if " +" in str(wanted) else "use letters, digits and _"
-            path, message = [*self.path, name], f'"{name}" is not a valid name in {where}'
-            return self._make("bad-name", message, _odd_letter(name) or form, path, True)
+            message = f'"{name}" is not a valid name in {where}'
+            return self._make("bad-name", message, _name_help(name, wanted), [*self.path, name], True)
         methods = dict.fromkeys(("required", "dependencies"), self._missing_key)
         methods |= {"type": self._wrong_type, "additionalProperties": self._unknown_keys}
         if keyword in methods:
@@ -174,12 +176,11 @@ class _Report:
             kind = "which gazebo" if self.path[-1] == "gazebo" else kinds.get(self.kind, "")
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
         rule, message = _SIMPLE.get(keyword, ("wrong-shape", f"{{where}} does not fit the schema: {keyword}"))
-        message = message.format(
-            where=where, value=value, wanted=wanted, keys=", ".join(self.part.get("properties", {}))
-        )
+        keys = ", ".join(self.part.get("properties", {}))
+        message = message.format(where=where, value=value, wanted=wanted, keys=keys)
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
-        return self._make(rule, message, (_odd_letter(str(value)) if keyword == "pattern" else "") or meaning)
+        return self._make(rule, message, (_name_help(str(value), wanted) if keyword == "pattern" else "") or meaning)
 
     def _make(
         self, rule: str, message: str, help: str | Callable[[], str] = "", path: Steps | None = None, key: bool = False
@@ -212,6 +213,7 @@ class _Report:
         help = _sentence({**resolve(legal.get(key, {})), **legal.get(key, {})}.get("description", ""))
         if key == "inertia":
             help = 'write ixx, iyy and izz, or "of: collision" next to "mass" to calculate them from the shapes'
+        help = help if key == "inertia" else f'add "{key}"{help and f": {help}"}'
         return self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)
 
     def _wrong_type(self) -> list[Diagnostic]:
@@ -288,9 +290,10 @@ def not_allowed(
     return replace(error, suggest=suggest)
 
 
-def _odd_letter(name: str) -> str:
+def _name_help(name: str, pattern: Any) -> str:
     odd = hidden_letter(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
-    return f"it contains {in_words(odd)}: type the name again" if odd else ""
+    form = next((form for part, form in _FORMS.items() if part in str(pattern)), "")
+    return f"it contains {in_words(odd)}: type the name again" if odd else form
 
 
 def _sentence(text: str) -> str:

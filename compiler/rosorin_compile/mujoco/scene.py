@@ -137,7 +137,7 @@ FORMAT = Format(
     options={
         "of": {
             "type": "string",
-            "description": "The output of MJCF that is in the scene, by its name; default: the only one.",
+            "description": "The name of the MJCF output that is in the scene; default: the only one.",
         }
     },
     file="scene.xml",

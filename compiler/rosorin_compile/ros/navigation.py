@@ -71,7 +71,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Problem
     ends = ((one.parent, one.child) for one in leads)
     if not (every := dict.fromkeys(pair for pair in ends if pair[1] in robot.link and pair[0] not in robot.link)):
         edge = f"{{parent: odom, child: {robot.root}, publisher: NAME}}"
-        help = f'add "{edge}" to "edges", with a node of "publishers"'
+        help = f'add "{edge}" to "edges"; NAME is an entry of "publishers"'
         return wrong(f"the transform odom -> {robot.root} has no publisher", help)
     odom_frame, map_frame = output.options.get("odom_frame"), output.options.get("map_frame")
     if not (pairs := [pair for pair in every if odom_frame in (None, pair[0])]):

@@ -97,7 +97,7 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:
                 message = f'"{name}" cannot use {state}: its messages contain {phrase(about["states"])}'
-                yield Problem(rule, message, (*path, "uses", index), "remove it")
+                yield Problem(rule, message, (*path, "uses", index), f'remove "{state}"')
         if uses is not None and not uses:
             yield Problem(rule, f'"uses" of "{name}" is empty', (*path, "uses"), "list values, or remove the input")
         if uses is None and not usual(robot, kind, frames.moved):

@@ -44,9 +44,9 @@ def joints(case: Case) -> Iterator[Diagnostic]:
     """A joint of the drive does not rotate, mimics another joint or is repeated; a warning if a wheel has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
-        what = severity = ""
+        what = help = severity = ""
         if joint.name in seen:
-            what = 'named twice in "drive"'
+            what, help = 'named twice in "drive"', "name each joint only once"
         elif joint.type not in ("revolute", "continuous"):
             what = f"{joint.type}, so it cannot turn a wheel"
         elif joint.mimic is not None:
@@ -55,7 +55,7 @@ def joints(case: Case) -> Iterator[Diagnostic]:
             what, severity = "revolute and has limits, but a wheel must turn without limits", WARNING
         if what:
             message, related = f'joint "{joint.name}" is {what}', [("the joint", case.joint(joint))]
-            yield case.problem("drive-joint", message, path, related=related, severity=severity)
+            yield case.problem("drive-joint", message, path, help, related=related, severity=severity)
         seen.add(joint.name)
 
 
@@ -87,7 +87,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
         elif rolls and exists(case.tree, case.joint(joint, "axis")) and lies_across(case, joint):
             message = f'the axis of joint "{joint.name}" is perpendicular to the axle of "{joint.child}", '
             message += "the wheel that the joint turns"
-            help = 'a cylinder is along z: add "rpy: [90 deg, 0, 0]" to the shape, or correct the axis'
+            help = 'the axle of a cylinder is its z axis: add "rpy: [90 deg, 0, 0]" to the shape, or correct the axis'
             yield case.problem("axis-across", message, case.joint(joint, "axis"), help)
         if what:
             direction = f"[{', '.join(number(round(c, 3) + 0.0) for c in axis)}]"
@@ -99,8 +99,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 @rule("drive-places", help="Correct the joint names in `drive`, or the poses of the joints.", topic=JOINTS)
 def places(case: Case) -> Iterator[Diagnostic]:
     """A wheel is on the wrong side, or the wheels cannot move the base; a warning if they are not on one floor."""
-    drive = _sound(case)
-    if drive is None:
+    if (drive := _sound(case)) is None:
         return
     path_of = {joint.name: path for _, joint, path in _named(case, drive)}
     at = {name: model.place_in_base(case.robot, drive, name) for name in path_of}
@@ -143,7 +142,8 @@ def radii(case: Case) -> Iterator[Diagnostic]:
     drive = _sound(case)
     radius, place = drive.radius if drive else None, ("drive", "radius")
     if radius is not None and radius <= 0:
-        yield case.problem("drive-radius", f"the radius of the wheels, {number(radius)} m, must be above zero", place)
+        help = 'correct "radius", or remove it to use the collision cylinders of the wheels'
+        yield case.problem("drive-radius", f"the wheel radius must be above zero, not {number(radius)} m", place, help)
         return
     for _, joint, path in _named(case, drive):
         shown = model.rolling_radius(case.robot, joint.name) if drive and joint.name in drive.wheels else radius or 1.0

@@ -124,7 +124,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
     return above
 
 
-@rule("joint-cycle", help="Change `parent` of one of these joints.", topic=JOINTS)
+@rule("joint-cycle", help="Correct `parent` or `child` of a joint in the loop.", topic=JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints form a cycle; cycles through a link with two parents are reported as `two-parents`."""
     above = {child: joints[0] for child, joints in _children(case.robot).items() if len(joints) == 1}
@@ -136,8 +136,9 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         message = f'joint "{last.name}" closes a loop: {chain}'
         path, help, frame = case.end(last, "parent"), "", case.end(last, "child")
         if frame[0] == "sensors":
-            path, help = frame, _OWN_FRAME
-            message = f'{owner_of_frame(frame)} defines the frame "{last.child}", but is also attached to it'
+            path, of = frame, "" if "optical" in frame else "the frame of "
+            message = f'{of}{owner_of_frame(frame)} has the name of link "{last.child}", to which it is itself attached'
+            help = _OWN_FRAME if of else 'write "optical: {frame: NAME}" with a new name'
         others = [joint for joint in circle if joint is not last]
         related = [(f'joint "{joint.name}" is part of the loop', case.end(joint, "child")) for joint in others]
         yield case.problem("joint-cycle", message, path, help, related=related)
@@ -152,8 +153,7 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     if robot.is_tree:
         return
     for child in [one.child for one in robot.joints if one.child not in {*robot.link, *WORLD_FRAMES}]:
-        suggestion = nearest(child, roots)
-        if suggestion is None:
+        if (suggestion := nearest(child, roots)) is None:
             return
         roots.remove(suggestion)
     left = _orphans(case)
@@ -210,8 +210,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         if limit is None or not (joint.moves or joint.type == "planar"):
             continue
         keys = ("lower", "upper", "effort", "velocity") if is_bounded else ("effort", "velocity")
-        missing = [key for key in keys if getattr(limit, key) is None]
-        if missing:
+        if missing := [key for key in keys if getattr(limit, key) is None]:
             id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
             message = f"the limit of {called} lacks {phrase(missing)}, which URDF parsers require"
             yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)
@@ -279,12 +278,12 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         wrong = [("mjcf", "springdamper", min(pair))] if any(pair) and min(pair) <= 0 else []
         for part, key, value in (*(one for one in numbers if one[2] < 0), *wrong):
             path = case.joint(joint, part, key)
-            why = "not above 0" if key == "springdamper" else "below 0"
+            why, help = ("not above 0", "write values above zero") if key == "springdamper" else ("below 0", "")
             message = f'the {key} of joint "{joint.name}" is {number(value)}{case.stand_in(path)}, {why}'
-            yield case.problem("dynamics-negative", message, path)
+            yield case.problem("dynamics-negative", message, path, help)
 
 
-@rule("axis-missing", "A note: moving joints have no axis: x, the default.", "Write `axis: [0, 0, 1]`.", JOINTS)
+@rule("axis-missing", "A note: moving joints have no axis.", "Write the axis, such as `axis: [0, 0, 1]`.", JOINTS)
 @rule("axis-across", "A warning: a joint axis is across its wheel.", "Correct the axis.", JOINTS, "joint", "always")
 def missing_axes(case: Case) -> Iterator[Diagnostic]:
     """Report joints without an axis in one note, and wheels that would not turn about their axle."""
@@ -294,7 +293,7 @@ def missing_axes(case: Case) -> Iterator[Diagnostic]:
         if is_default and not exists(case.tree, case.joint(joint, "axis")):
             if joint.type == "continuous" and lies_across(case, joint):
                 message = f'joint "{joint.name}" has no axis, so it turns wheel "{joint.child}" about x, not its axle'
-                yield case.problem("axis-across", message, case.joint(joint), key=True)
+                yield case.problem("axis-across", message, case.joint(joint), 'add "axis" along the axle', key=True)
             else:
                 others.append(joint)
     if others:
@@ -319,7 +318,7 @@ def contradictions(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         path = case.joint(joint)
         for word, other in _contradictions(joint) if joint.mjcf and not joint.is_fixed else ():
-            message = f'"mjcf.{word}" of joint "{joint.name}" differs from {".".join(other)}'
+            message = f'"mjcf.{word}" of joint "{joint.name}" conflicts with {".".join(other)}'
             related = [("the other value", (*path, *other))]
             yield case.problem("joint-word", message, (*path, "mjcf", word), related=related, key=True)
         if joint.type == "continuous" and "range" in joint.mjcf:

@@ -47,7 +47,7 @@ def _names(case: Case) -> Iterator[Name]:
 
 
 @rule("invisible-letter", "A name has an invisible letter.", "Retype the name.", ARGUMENTS, "link or joint", "lenient")
-@rule("names-look-alike", "A warning: two names look alike.", "Rename one.", ARGUMENTS, "link or joint", "always")
+@rule("names-look-alike", "A warning: names look alike.", "Rename one of them.", ARGUMENTS, "link or joint", "always")
 def letters(case: Case) -> Iterator[Diagnostic]:
     """Report names with invisible or foreign letters, and names that look like another name."""
     first: dict[tuple[str, str], Name] = {}
@@ -71,7 +71,8 @@ def letters(case: Case) -> Iterator[Diagnostic]:
             message += f"mixes Latin letters with a look-alike of another script: {in_words(strange)}"
         else:
             continue
-        yield case.problem(id, message, one.path, related=related, severity=severity, key=one.key)
+        help = "" if letter or related else "retype it in one script"
+        yield case.problem(id, message, one.path, help, related=related, severity=severity, key=one.key)
 
 
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")

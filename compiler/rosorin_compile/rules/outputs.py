@@ -92,8 +92,7 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
     order = list(case.section("outputs"))
     for output in sorted(case.robot.outputs, key=lambda output: order.index(output.name)):
         path: Path = ("outputs", output.name, "file")
-        reason = _outside(output.file)
-        if reason:
+        if reason := _outside(output.file):
             usual = case.formats[output.backend].file if output.backend in case.formats else ""
             name = usual.format(case.robot.name) or f"{output.name}.txt"
             help = f'write "file: {name}", relative to the outputs folder (which "-o FOLDER" chooses)'
@@ -104,9 +103,11 @@ def output_files(case: Case) -> Iterator[Diagnostic]:
         clash = [one for one in taken if name == one or name.startswith(f"{one}/") or one.startswith(f"{name}/")]
         if clash:
             first = taken[clash[0]]
-            message = f'outputs "{first.name}" and "{output.name}" write "{first.file}" and "{output.file}"'
-            related = [("also written here", ("outputs", first.name, "file"))]
-            yield case.problem("duplicate-file", f"{message}, which cannot both exist", path, related=related)
+            why = "are the same file on Windows and macOS" if name == clash[0] else "cannot both exist"
+            message = f'write "{first.file}" and "{output.file}", which {why}'
+            message = f'both write "{first.file}"' if first.file == output.file else message
+            message, related = f'outputs "{first.name}" and "{output.name}" {message}', ("outputs", first.name, "file")
+            yield case.problem("duplicate-file", message, path, related=[("also written here", related)])
         taken.setdefault(name, output)
 
 

@@ -129,7 +129,7 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("zero-beyond-limit", message, path)
 
 
-@rule("joint-has-no-position", "A servo or a pose names a planar or floating joint.", "Remove the joint.", POSES)
+@rule("joint-has-no-position", "A servo or pose names a planar or floating joint.", "Remove it from this entry.", POSES)
 @rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def placed_joints(case: Case) -> Iterator[Diagnostic]:
     """Report poses that set fixed joints, mimic joints, joints with several coordinates, or a fixed base."""
@@ -193,7 +193,7 @@ def scales(case: Case) -> Iterator[Diagnostic]:
 
 
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
-@rule("mimic-fixed", "A joint without a position follows or leads.", "Use a moving joint.", JOINTS, "joint", "always")
+@rule("mimic-fixed", "A joint without a position follows or leads.", "Mimic a moving joint.", JOINTS, "joint", "always")
 @rule("mimic-cycle", "Joints follow each other in a circle.", "Remove `mimic` from one of these joints.", JOINTS)
 def leaders(case: Case) -> Iterator[Diagnostic]:
     """Report mimic joints that form a loop, or whose leader is missing, fixed, or a joint with several coordinates."""
@@ -202,7 +202,8 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
         path, name = case.joint(joint, "mimic", "joint"), joint.mimic.joint if joint.mimic else ""
         leader, message = robot.joint.get(name), f'joint "{joint.name}" mimics "{name}"'
         if not joint.moves:
-            yield case.problem("mimic-fixed", f"{message}, but is itself {joint.type}", path[:-1], key=True)
+            message = f"{message}, but is itself {joint.type}"
+            yield case.problem("mimic-fixed", message, path[:-1], 'remove "mimic", or correct the joint type', key=True)
         elif leader is None:
             moving = [other.name for other in robot.joints if other.moves and other is not joint]
             help = case.suggest(path, name, moving, "name a joint that moves")
@@ -213,15 +214,17 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
     for names in circles(_leaders(robot)):
         first, *others = [case.joint(robot.joint[name], "mimic", "joint") for name in names]
         related = [(f'"mimic" of joint "{name}" is here', path) for name, path in zip(names[1:], others, strict=True)]
-        message = f"joints mimic each other in a loop: {' -> '.join([*names, names[0]])}"
-        yield case.problem("mimic-cycle", message, first, related=related)
+        message, fix = f"joints mimic each other in a loop: {' -> '.join([*names, names[0]])}", ""
+        if not others:
+            message, fix = f'joint "{names[0]}" mimics itself', 'name another joint in "mimic", or remove it'
+        yield case.problem("mimic-cycle", message, first, fix, related=related)
 
 
 def _leaders(robot: Robot) -> dict[str, str]:
     return {joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic}
 
 
-@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both joints one publisher.", JOINTS)
+@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
 @rule("mimic-chain", "A warning: a joint follows a follower.", "Follow the first leader.", JOINTS, "joint", "always")
 def order(case: Case) -> Iterator[Diagnostic]:
     """Report mimic joints that robot_state_publisher cannot resolve.

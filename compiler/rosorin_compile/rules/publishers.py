@@ -59,10 +59,11 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
         # The column counts from the first character of the expression, so add leading spaces and the quote.
         start = len(when) - len(when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
         return replace(found, span=found.span._replace(column=found.span.column + start, length=len(unknown) or 1))
-    if any(results) and all(isinstance(result, bool) for result in results):
+    is_boolean, fix = {*map(type, results)} == {bool}, 'correct the condition, or remove this entry of "edges"'
+    if any(results) and is_boolean:
         return None
-    fix = 'correct the condition, or remove this entry of "edges"'
-    return case.problem("bad-condition", f"{subject} is never true, or is not a combination of modes", path, fix)
+    why = "is never true" if is_boolean else "is not a combination of modes"
+    return case.problem("bad-condition", f"{subject} {why}", path, fix)
 
 
 def holds(when: str, combination: Combination) -> bool:

@@ -218,8 +218,7 @@ def misplaced_elements(case: Case) -> Iterator[Diagnostic]:
         for index, element in enumerate(elements):
             # Children precede their parent in the list; only the outermost element has the attribute "reference".
             top = next(one for one in elements[index:] if len(one.tags) == 1)
-            wrong = _misplaced(case, (holder, *element.tags), top.attributes.get("reference", ""))
-            if wrong:
+            if wrong := _misplaced(case, (holder, *element.tags), top.attributes.get("reference", "")):
                 made = case.problem("misplaced-element", wrong[0], path, wrong[1])
                 yield at_name(made, element.tags[-1], element.line)
     for name, sensor in case.section("sensors").items():

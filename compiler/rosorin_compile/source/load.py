@@ -207,7 +207,7 @@ class _Composer:
             if key in made:
                 related = [Related("first defined here", made.key_spans[key])]
                 message = f'the key "{key}" is defined twice in one mapping'
-                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
+                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one of them", related))
             value_event = next(self.events)
             made.put(key, self.value(value_event, depth + 1), key_span, self.span(value_event))
         return made

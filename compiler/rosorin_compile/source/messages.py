@@ -61,7 +61,7 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
     others = 0 if uses else len({diagnostic.message for diagnostic in same}) - 1
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value")
     names = [name for other in same[1:] for name in _QUOTED.findall(other.message) if name not in first.message]
-    more += f": {first_of([*dict.fromkeys(names)], _PLACES)}" if more and names else ""
+    more = f"the same applies to {first_of([*dict.fromkeys(names)], _PLACES)}" if more and names else more
     before, after = ([Related(t.strip(), None)] if t else [] for t in (more, and_more(len(uses) - _PLACES)))
     return replace(first, related=(*before, *first.related, *[*uses][:_PLACES], *after))
 

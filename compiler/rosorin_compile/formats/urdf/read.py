@@ -173,14 +173,12 @@ class _Reader(XmlReader):
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
                 continue
-            made = numbers(element, name, count, unit if own == _POSITION_UNIT else own, self)
-            if made is not None:
+            if (made := numbers(element, name, count, unit if own == _POSITION_UNIT else own, self)) is not None:
                 span = made.span if count > 1 else made.value_spans[0]
                 entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
 
     def _put_text(self, entry: Map, key: str, element: Element, name: str) -> str | None:
-        value = self.attribute(element, name)
-        if value is not None:
+        if (value := self.attribute(element, name)) is not None:
             attribute, help = element.attributes[name], f"name a {name.removesuffix('name')}"
             entry.put(key, value, attribute.name_span, attribute.span)
             if not value.strip():
@@ -229,8 +227,7 @@ class _Reader(XmlReader):
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
         for tag in ("mass", "inertia"):
-            part = self.single(element, tag)
-            if part is None:
+            if (part := self.single(element, tag)) is None:
                 help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{name_of(element)} lacks <{tag}>", element.span, help)
             elif tag == "inertia":
@@ -290,8 +287,7 @@ class _Reader(XmlReader):
         material = self.single(element, "material") if element.tag == "visual" else None
         if material is not None:
             self.paths[id(material)] = (*own, "material")
-            called = self._material_name(material)
-            if called:
+            if called := self._material_name(material):
                 attribute = material.attributes["name"]
                 entry.put("material", called, attribute.name_span, attribute.span)
             self._look(entry, material)
@@ -299,8 +295,7 @@ class _Reader(XmlReader):
         link[element.tag].put(entry, element.span)
 
     def _origin(self, entry: Map, element: Element, path: TreePath) -> None:
-        origin = self.single(element, "origin")
-        if origin is None:
+        if (origin := self.single(element, "origin")) is None:
             return
         self.check_element(origin, None, (*path, "xyz" if "xyz" in origin.attributes else "rpy"))
         attribute = origin.attributes.get("quat_xyzw")
@@ -331,8 +326,7 @@ class _Reader(XmlReader):
         kind = kind if kind in TYPES else ""
         self.joint_types.add(kind)
         for end in ("parent", "child"):
-            inner = self.single(element, end)
-            if inner is not None:
+            if (inner := self.single(element, end)) is not None:
                 self.check_element(inner, None, (*path, end))
                 self._put_text(entry, end, inner, "link")
             else:
@@ -373,7 +367,7 @@ class _Reader(XmlReader):
         self.put_numbers(entry, element, position)
         missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
         if missing:
-            help = "add them, the largest torque or force and the largest speed: URDF parsers require both"
+            help = "add them: effort is the largest torque or force, velocity the largest speed"
             self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "accepts it")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{name_of(element)} has neither damping nor friction"

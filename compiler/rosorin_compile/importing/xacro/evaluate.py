@@ -73,8 +73,7 @@ class Evaluator:
         return ir.symbol_of(ir.with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
 
     def _name(self, tree: ast.Name) -> Any:
-        token = ir.TOKEN.fullmatch(tree.id)
-        if token:
+        if token := ir.TOKEN.fullmatch(tree.id):
             return ir.symbol_of(self.program.literal(ir.Symbol.tokens[int(token[1])]))
         if self.arguments and tree.id in self.program.arguments:
             return ir.symbol_of(self.program.literal(self.program.argument(tree.id)))

@@ -157,6 +157,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         help = Suggestion(value, texts, details=details) if isinstance(value, str) else details
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
         least, most, shown = (getattr(n, "text", "") or f"{n:g}" if n is not None else "" for n in (low, high, value))
+        shown += f" {in_si(0, DIMENSIONS[wanted]).unit}" if wanted in DIMENSIONS and type(value) is not Quantity else ""
         bounds = f"from {least} to {most}" if least and most else f"at least {least}" if least else f"at most {most}"
         message, help = f'argument "{name}" of {owner} must be {bounds}, not {shown}', parameter.help
     else:

@@ -137,7 +137,7 @@ class Reader:
             return None
         if resolve(target) in within:
             message = f"{name} includes itself, directly or through others"
-            self.scope.report("include-cycle", message, place, "remove one of the includes")
+            self.scope.report("include-cycle", message, place, 'remove this entry of "include"')
             return None
         if len(self.files) >= MAX_FILES or len(within) > MAX_NESTED:
             message = f"more than {MAX_FILES:,} files are included, or more than {MAX_NESTED} within each other"
@@ -147,8 +147,7 @@ class Reader:
         via = Include("included here", place.span, place.via)
         via.included = self._includes
         self._includes.setdefault(label(target), via)
-        made = self.read(target, via, within)
-        if made is None:
+        if (made := self.read(target, via, within)) is None:
             self.diagnostics[before:] = [with_nearest_file(one, name, target) for one in self.diagnostics[before:]]
         return made
 
@@ -167,8 +166,7 @@ class Reader:
             where = f'the folder of the package "{outer}"' if outer else "the project of the description"
             help = f'move it inside, or write "{ADDRESS}NAME/FILE" if it is in a ROS package'
             raise LoadError(error("include-outside", f"{name} is outside {where}", None, help))
-        folder = self.package(package, packages, by)
-        if folder is None:
+        if (folder := self.package(package, packages, by)) is None:
             help = f'source its workspace, or use "--package {package}=FOLDER", or "packages" in the entry'
             raise LoadError(error("package-missing", f'the ROS package "{package}" is not found', None, help))
         inner = Path(os.path.normpath(file))

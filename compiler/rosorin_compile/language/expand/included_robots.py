@@ -130,7 +130,7 @@ class IncludedRobots:
             try:
                 texts[name] = FUNCTIONS["str"](value)
             except KindError:
-                message = f'the argument "{name}" of a xacro must be text or a number, not {kind_of(value)}'
+                message = f'the argument "{name}" of a xacro file must be text or a number, not {kind_of(value)}'
                 raise scope.fail("bad-argument", message, place_of(entry["args"], name, scope)) from None
         if "trust" in entry:
             message = '"trust" of an include has no effect: only the person who runs the command can trust a file'
@@ -310,7 +310,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
         good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
-        help = "do not use < > &, quotes or outer spaces"
+        help = "do not use < > &, quotes or spaces at the ends"
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
         raise EvaluationFailed

@@ -373,13 +373,17 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
-    earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
+    by = getattr(first[name], "via", None)
+    earlier = Place(first.key_spans[name], by if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
     if earlier.span == place.span:
         what, where = ("file", "include") if isinstance(place.via, Include) else ("part", "use")
         message, related = f"{message}, because the {what} that defines it is used twice", related[1:]
         own = ', or give each its own "prefix"' if rule == "duplicate-name" and what == "part" else ""
-        help = f'remove one of the entries of "{where}"{own}'
+        is_loop = own and by and place.via and by.span == place.via.span
+        help = 'use the loop variable in "prefix"' if is_loop else f'remove one of the entries of "{where}"{own}'
+    elif rule == "duplicate-name" and any(via and via.made for via in (by, place.via)):
+        help += ', or give the part another "prefix"'
     scope.report_origin(rule, message, place, help, related, argument_behind(scope.expansion.root, place))
     return False
 
@@ -396,7 +400,7 @@ def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool 
             have.put(name, entry, more.key_spans[name], more.value_spans[name])
         elif not (equal and have[name] == entry and have.value_spans[name] == more.value_spans[name]):
             message = f'{section.rstrip("s")} "{name}" is defined twice'
-            help = 'rename or remove one, or give the part another "prefix"'
+            help = "rename or remove one of them"
             good = _report("duplicate-name", message, help, name, have, more, scope)
     return good
 
@@ -404,8 +408,7 @@ def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool 
 def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
     good, others = True, Map(more.span, more.via)
     for key, value in more.items():
-        mine = have.get(key)
-        if mine is None:
+        if (mine := have.get(key)) is None:
             have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
         elif key not in keys_of(section):
             continue  # validation reports the unknown key

@@ -98,8 +98,7 @@ class Expansion:
             return "$" not in value
         if not isinstance(value, (Map, Seq)):
             return True
-        constant = self._constant.get(id(value))
-        if constant is None:
+        if (constant := self._constant.get(id(value))) is None:
             controlled = isinstance(value, Map) and ("for" in value or "if" in value or "$" in "".join(value))
             items = value.values() if isinstance(value, Map) else value
             constant = self._constant[id(value)] = not controlled and all(map(self.is_constant, items))
@@ -152,12 +151,12 @@ class Scope:
         is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
         is_taken = call is not None and (own in functions() or own in OF_DESCRIPTIONS)
         if is_taken or not is_good:
-            why = f'{own}" is a built-in function' if is_taken else f'{name}" cannot be used in an expression'
-            form = "NAME(FIRST, SECOND)" if call else "a name"
-            self.report("bad-name", f'"{why}', place, f"write {form} with letters, digits and underscores only")
+            message = f'"{own}" is the name of a built-in function' if is_good else f'"{name}" is not a valid name'
+            help = f"write {'NAME(FIRST, SECOND)' if call else 'a name'} with letters, digits and underscores only"
+            self.report("bad-name", message, place, "choose another name" if is_good else help)
         elif own in self.places:
             related = [Related("first defined here", self.places[own].span)]
-            self.report("duplicate-name", f'the value "{own}" is defined twice', place, "rename one", related)
+            self.report("duplicate-name", f'the value "{own}" is defined twice', place, "rename one of them", related)
             return
         self.places[own], self.local[own] = place, value_place
         if call:
@@ -213,7 +212,8 @@ class Scope:
             related = [Related(f'"{step}" is used here', self.places[step].span) for step in steps]
             message = f"{' -> '.join(chain)}: the value depends on itself"
             self.broken.update(chain)
-            raise self.fail("cycle", message, self.places[chain[0]], "define one of them without the others", related)
+            help = f"define {'one of them without the others' if chain[2:] else 'it without using its own name'}"
+            raise self.fail("cycle", message, self.places[chain[0]], help, related)
         self.running.append(mark)
         try:
             self.values[name] = self.resolve(*self.pending[name])
@@ -422,8 +422,7 @@ class Scope:
         owners = {name: owner for name in used if (owner := self.owner(name)) is not None}
         names = {name: owner.places[name].span for name, owner in owners.items()}
         values = {name: owner.values[name] for name, owner in owners.items() if name in owner.values}
-        help = self._expression_help(problem)
-        if not help:
+        if not (help := self._expression_help(problem)):
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if number:  # report the string where it was written, only once for all expressions that use it
                 written = argument_of(self, [number]) or Origin(names[number])

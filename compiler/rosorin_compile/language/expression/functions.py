@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 MAX_ITEMS = 100_000
 _LARGEST = 10**18  # larger YAML integers are read as floats (see load)
-_KINDS: dict[Any, str] = {type(None): "nothing", bool: "true or false", (int, float): "a number"}
+_KINDS: dict[Any, str] = {type(None): "an empty value", bool: "true or false", (int, float): "a number"}
 _KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 
 
@@ -180,7 +180,7 @@ def _numbers(text: Any) -> list[Any]:
     try:
         return [float(word) for word in text.split()]
     except ValueError:
-        raise ExpressionError(f'"{text}" is not a list of numbers', help="write it as '0 0 1'") from None
+        raise ExpressionError(f'"{text}" is not a list of numbers', help="write numbers, as in '0 0 1'") from None
 
 
 def _replace(text: str, old: str, new: str) -> str:

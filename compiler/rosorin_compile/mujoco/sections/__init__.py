@@ -134,7 +134,7 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
         return f"has more than one target: {named}", "keep one target, and add an actuator for each of the others"
     wrong = used - WORDS[actuator.type]
     can = [key for key, word in TARGETS.items() if word in WORDS[actuator.type]]
-    help = f"use a {' or '.join(can)} as the target" if can else ""
+    help = f"use one of these as the target: {', '.join(can)}" if can else ""
     return (f"is of type {actuator.type}, which cannot act on a {words[min(wrong)]}", help) if wrong else None
 
 
@@ -260,8 +260,8 @@ def keys(case: Case) -> Iterator[Diagnostic]:
             if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
                 expected, count = " or ".join(map(str, sorted(allowed))), count_of(len(values), "number")
                 message = f'pose "{pose.name}" has {count} in "{word}", but the robot needs {expected}'
-                path: Path = ("poses", pose.name, "mjcf", word)
-                yield case.problem("key-length", message, path, "write all values in the order of MuJoCo", key=True)
+                help = "write all values in the order of MuJoCo" if any(allowed) else f'remove "{word}"'
+                yield case.problem("key-length", message, ("poses", pose.name, "mjcf", word), help, key=True)
 
 
 # Keys with the objects that each type of constraint connects, and its other keys.
@@ -301,7 +301,7 @@ def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     if not ends:
         return f"is of type {kind} but has no ends", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
     if len(ends) > 1:
-        return "has both links and sites", "remove one of the two", "sites"
+        return "has both links and sites", 'remove "links" or "sites"', "sites"
     if fixed := next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), ""):
         return f'connects sites, so "{fixed}" has no effect', f'remove "{fixed}"', fixed
     if kind == "connect" and ends == ["links"] and "at" not in entry:

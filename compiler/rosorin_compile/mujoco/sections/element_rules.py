@@ -121,8 +121,7 @@ def _shapes(case: Case) -> Mapping[str, Path]:
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A key refers to a site, shape, tendon, actuator, camera or another object that does not exist."""
-    references = [one for one in case.symbols.references() if one.among]
-    if not references:
+    if not (references := [one for one in case.symbols.references() if one.among]):
         return
     names, wrong = _Names(case), dict[tuple[bool, str, str], list[Symbol]]()
     for one in references:
@@ -186,8 +185,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
 @rule("unknown-in-mjcf", "`mjcf` names something that does not exist.", "Correct the name.", SIMULATED)
 def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
     """Report elements in `mjcf` that do not belong there, and references to unknown names."""
-    texts = [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]
-    if not texts:
+    if not (texts := [(path, found_in(text), top) for path, text, top in mjcf_texts(case)]):
         return
     names, own = _Names(case), f"{case.robot.name}_"
     # <replicate> and <flexcomp> append suffixes to the names of their elements.
@@ -200,8 +198,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
     for path, elements, top in texts:
-        wrong = next(((found, why) for found in elements if (why := _misplaced(found, top))), None)
-        if wrong:
+        if wrong := next(((found, why) for found in elements if (why := _misplaced(found, top))), None):
             found, (message, help) = wrong
             yield at_name(case.problem("mjcf-element", message, path, help), found.tags[-1], found.line)
             continue
@@ -242,9 +239,9 @@ def marks(case: Case) -> Iterator[Diagnostic]:
     """A site, camera or light has a value that MuJoCo rejects, or values that contradict each other."""
     for link in case.robot.links:
         for mark in link.marked:
-            for key, message in _mark_problems(mark.tag, mark.values):
-                path = case.link(link.name, f"{mark.tag}s", mark.name, key)
-                yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, key=True)
+            for key, problem in _mark_problems(mark.tag, mark.values):
+                path, (message, _, help) = case.link(link.name, f"{mark.tag}s", mark.name, key), problem.partition("; ")
+                yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, help, key=True)
 
 
 def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -259,18 +256,18 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
         return
     chip = [key for key in ("focal", "focalpixel", "principal", "principalpixel") if key in values]
     if any(not 0 <= value <= 1 for value in numbers("softness")):
-        yield "softness", f"has a softness of {number(values['softness'])}: write a number from 0 to 1"
+        yield "softness", f"has a softness of {number(values['softness'])}; write a number from 0 to 1"
     if chip and "sensorsize" not in values:
-        yield chip[0], f"has {chip[0]} but no sensorsize: write the size of the image sensor, [WIDTH, HEIGHT] in m"
+        yield chip[0], f"has {chip[0]} but no sensorsize; write the size of the image sensor, [WIDTH, HEIGHT] in m"
     if "dir" in values and tag == "light" and not any(numbers("dir")):
-        yield "dir", "has a direction of length zero: write one, such as [0, 0, -1]"
+        yield "dir", "has a direction of length zero; write one, such as [0, 0, -1]"
     if "sensorsize" in values and ("fovy" in values or not {"focal", "focalpixel"} & values.keys()):
-        yield "sensorsize", "has a sensorsize: write focal: [X, Y] (m) with it, and no fovy"
+        yield "sensorsize", "has a sensorsize; write focal: [X, Y] (m) with it, and no fovy"
     for key in ("sensorsize", "focal", "focalpixel", "resolution"):
         if any(value <= 0 for value in numbers(key)):
             yield key, f"has a {key} that is not above zero"
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
-        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees: write an angle between 0 and 180"
+        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees; write an angle between 0 and 180"
     if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
         yield "target" if "target" in values else "mode", 'needs both "mode: targetbody" and "target: LINK", or neither'
 
@@ -290,7 +287,7 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
         is_held = not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
         problems = {}
         if link.mjcf.get("mocap") is True and is_held:
-            problems["mocap"] = 'it needs a root link with "base: fixed" in the output, or a link fixed to the world'
+            problems["mocap"] = 'only a root link (with "base: fixed") or a link fixed to the world can have it'
         is_fixed = ("fixed" in bases or not bases) and not world
         if link.mjcf.get("sleep") in ("never", "allowed", "init") and (not is_root or is_fixed):
             problems["sleep"] = 'only the root link can have it, with "base: free" in the output'

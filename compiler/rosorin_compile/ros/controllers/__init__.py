@@ -104,14 +104,14 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     ):  # misspelt names make parameters seem missing
         blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
         if one.known.why_not:
-            help = f'{one.known.why_not}; write the values in "params"'
+            help = f'the values cannot be derived, because {one.known.why_not}, or write the values in "params"'
         elif blocks and not controller.hardware and "joints" in needed:
             block = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
             help = f'name the hardware block whose joints the controller moves: "hardware: {block}"'
         else:
             examples = facts("ros2_controllers")["examples"]
             help = f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
-        message = f"{name} does not start without {quote(needed, most=4)}"
+        message = f"{name} will not start without {quote(needed, most=4)}"
         yield Finding("controller-missing", message, "", help)
     frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
     for key, value in given.items():

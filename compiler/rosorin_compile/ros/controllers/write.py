@@ -50,17 +50,17 @@ def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters
     if len(found) == 1:
         return RobotParameters({"sensor_name": found[0].name, "frame_id": found[0].frame})
     why = f'there is no sensor "{name}"' if name else f"the description has {len(found) or 'no'} sensors of type {kind}"
-    return RobotParameters({}, f'{why}: write "sensor: NAME"' if found else why)
+    return RobotParameters({}, f'{why}: write "sensor: NAME"' if found or name else f"{why}: add one")
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
     if robot.drive is None or robot.drive.kind != kind:
-        why = f"the drive is {robot.drive.kind}, not {kind}" if robot.drive else "the description has no drive"
-        return RobotParameters({}, why)
+        why = f'the drive is {robot.drive.kind}, not {kind}: change "type" of the controller' if robot.drive else ""
+        return RobotParameters({}, why or 'the description has no drive: add "drive"')
     try:
         driving = drive_kinematics(robot)
     except ValueError as problem:
-        return RobotParameters({}, str(problem))
+        return RobotParameters({}, f'{problem}: correct "drive"')
     base = _base(robot, driving.frame)
     edges, navigates = [edge for edge in robot.edges if edge.child == base], _navigates(robot)
     # Disable the frame prefix: by default, the controller prepends its namespace to frame names.

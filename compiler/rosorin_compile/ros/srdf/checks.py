@@ -78,7 +78,9 @@ def _groups(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:
         if circle:
             if group.name == next(name for name in planning.groups if name in circle):  # report each cycle once
                 message = f"planning groups contain each other: {' -> '.join([*circle, group.name])}"
-                yield case.problem("moveit-group", message, (*path, "groups"), 'remove one from "groups"')
+                message = message if circle[1:] else f'planning group "{group.name}" contains itself'
+                help = f'remove "{(circle[1:] or circle)[0]}" from "groups"'
+                yield case.problem("moveit-group", message, (*path, "groups"), help)
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), 'use the link that it moves as "tip"')
@@ -141,7 +143,7 @@ def _end_effector(case: Case, planning: PlanningModel, one: EndEffector) -> Iter
         if all(name in _all(case, kind) for kind, name in of_group):  # another rule reports unknown names
             message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries '
             help = "let the chain of that group end at this link"
-            yield case.problem(rule, f'{message}"{one.name}"', (*path, "parent_group"), help)
+            yield case.problem(rule, f'{message}end effector "{one.name}"', (*path, "parent_group"), help)
 
 
 def _virtual_joint(case: Case, planning: PlanningModel) -> Iterator[Diagnostic]:

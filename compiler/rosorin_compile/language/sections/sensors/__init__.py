@@ -166,7 +166,7 @@ def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: P
     kinds = [kind for kind in _KINDS if kind in entry]
     if len(kinds) != 1:
         message = f'an entry of "mjcf" needs exactly one of {", ".join(_KINDS)}, but has {phrase(kinds) or "none"}'
-        raise LoweringError("missing-key", message, path, "write one element per entry")
+        raise LoweringError("missing-key", message, path, "write one element per entry" if kinds else "add one of them")
     if "section" in entry and kinds[0] != TEMPLATE_ELEMENT:
         raise LoweringError("ignored-key", '"section" is only allowed with "template"', (*path, "section"), "remove it")
     own = pose_of_entry(entry) if any(key in entry for key in ("xyz", "rpy", "replicate")) else None

@@ -234,7 +234,7 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
         message = f"a block of type actuator must have one joint, not {len(block.joints)}"
-        yield problem("control-type", message, ("type",))
+        yield problem("control-type", message, ("type",), 'write "type: system", or split the block')
     yield from _params(case, block, block.params, "the block", ())
     for section, one in block.components():
         path, of = (section, one.name), f'{section.removesuffix("s")} "{one.name}"'
@@ -244,7 +244,7 @@ def _block(case: Case, block: Block, owners: dict[tuple[str, str, str], Block]) 
         yield from _params(case, block, one.params, of, path)
         for name in [name for name in ("mimic", "multiplier") if section == "joints" and name in one.params]:
             message = f'{of} has a parameter "{name}", which is taken from "mimic" of the joint'
-            yield problem("control-param", message, (*path, "params", name), key=True)
+            yield problem("control-param", message, (*path, "params", name), f'remove "{name}" from "params"', key=True)
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name not in case.robot.joint:
             continue  # unknown joints are reported by another rule
@@ -281,7 +281,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
     problem, path = partial(_problem, case, block, "control-interface"), (section, one.name)
     types = {sensor.name: sensor.type for sensor in case.robot.sensors}
     if not one.command and not one.state:
-        details = 'list the interfaces under "command" and "state"'
+        details = "list the interfaces under " + ('"state"' if section == "sensors" else '"command" and "state"')
         help: Help = Suggestion(one.name, types, details=details) if section == "sensors" else details
         severity = ERROR if section == "sensors" else WARNING
         yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
@@ -306,10 +306,11 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     )
     name = f'joint "{one.name}"'
     if not joint.moves:
-        yield problem("control-joint", f"{name} is {joint.type}, so it cannot be controlled", path)
+        message = f"{name} is {joint.type}, so it cannot be controlled"
+        yield problem("control-joint", message, path, "remove it from the block")
         return
     if not is_carried:
-        why = "Humble ignores that, newer versions refuse the URDF" if humble else "ros2_control refuses the URDF"
+        why = "Humble ignores that, newer versions reject the URDF" if humble else "ros2_control rejects the URDF"
         severity = WARNING if humble else ERROR
         yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
     if one.mimic and joint.mimic is None:
@@ -322,10 +323,11 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
     problem = partial(problem, "control-mimic", related=[mimic])
     if one.command and not humble:
         yield problem(f"{name}, and from Jazzy on, a mimic joint must not have a command", (*path, "command"))
-    if joint.mimic.joint not in [other.name for other in block.joints]:
-        yield problem(f"{name}, which is not in the block", path)
+    if (leader := joint.mimic.joint) not in [other.name for other in block.joints]:
+        yield problem(f"{name}, which is not in the block", path, f'add "{leader}" to it, or write "mimic: false"')
     if humble and joint.mimic.offset:
-        yield problem(f"{name} with an offset, which the mock hardware of Humble ignores", path, severity=WARNING)
+        help = 'remove "offset" from "mimic", or write "mimic: false" in the block'
+        yield problem(f"{name} with an offset, which mock hardware of Humble ignores", path, help, severity=WARNING)
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:

@@ -47,7 +47,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
             if (name := getattr(one, key)) and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'controller "{one.name}" refers to {word} "{name}", which does not exist'
-                help = case.suggest(path, name, known, none=f"the robot has no {word}")
+                help = case.suggest(path, name, known, none=f'the robot has no {word}: add "{name}"')
                 yield case.problem("controller-name", message, path, help)
 
 

@@ -28,7 +28,7 @@ from .imported_robot import ImportedRobot, Outputs, ReadOptions, as_tree, conver
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
-    "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
+    "html": ("a web page", "download the file itself, with the Raw button on GitHub"),
     "svg": ("a picture", "name the file of the robot"),
     "collada": ("a mesh (COLLADA)", "name the file of the robot, which names its meshes"),
     "package": ("the package.xml of a ROS package", "name the file of the robot in that package"),

@@ -130,7 +130,7 @@ class XmlReader:
             if near is not None and not is_xacro:
                 self.misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
             elif keep is None or is_xacro:
-                help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded" if is_xacro else ""
+                help = "URDF parsers ignore it; name the file NAME.xacro to have it expanded" if is_xacro else ""
                 self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span, help)
             else:
                 self.keep(child, keep)
@@ -168,7 +168,7 @@ class XmlReader:
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
             message = f"{_described(element, name)} {have}; it takes {'one' if count == 1 else count}"
-            self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
+            self.error("wrong-count", message, span, f"write {'one number' if count == 1 else f'{count} numbers'}")
             return None
         made = list[SourceValue]()
         for word in words:
@@ -238,9 +238,9 @@ def _advice(text: str) -> str:
     if "$" in text:
         return "this is xacro: name the file NAME.xacro, or declare xmlns:xacro"
     if "," in text:
-        return "write a point in numbers and a space between them"
+        return "write decimals with a point, and separate numbers with spaces"
     if text[:1].isdigit() or text[:1] in "+-.":
-        return "write digits alone: values are in metres, radians and kilograms and carry no unit"
+        return "write a plain number: values are in metres, radians and kilograms, without a unit"
     return "write a number such as 0.5 or 1e-3"
 
 

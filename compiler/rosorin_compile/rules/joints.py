@@ -166,8 +166,8 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         others = [name for name in carrying if name != main]
         message = f"the robot has {len(carrying)} roots, {quote([main, *others], MAX_NAMED)}, but must have one"
         related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
-        help = f'add a joint with "child: {others[0]}"'
-        yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
+        help = " and ".join(f'a joint with "child: {name}"' for name in others[:MAX_NAMED])
+        yield case.problem("several-roots", message, case.link(others[0]), f"add {help}", related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
         near = Suggestion(name, frames, details=f'add a joint with "child: {name}", or remove the link')

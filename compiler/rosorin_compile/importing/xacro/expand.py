@@ -159,8 +159,8 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     call = None if options.call is None else macro_call(options.call, document, path, options)
     if call is not None and call.problems:
         return ImportedRobot(None, [*call.problems], files=(path,))
-    message = f"{document.source.path} is expanded by xacro, which can run Python code of its author"
-    help = "continue only if you trust the author; --trust silences this warning"
+    message = f"{document.source.path} is expanded by xacro, which runs any Python code that the file contains"
+    help = "continue only if you trust the author of the file; --trust silences this warning"
     warning = Diagnostic("xacro-runs-code", report.WARNING, message, first, (), help)
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]

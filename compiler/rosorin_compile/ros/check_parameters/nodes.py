@@ -422,7 +422,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
                 continue
             name, text = f'"{full}" of {node.shown} is "{setting.value}"{setting.how}', str(setting.value)
             if (value := text.removeprefix("/")) != text and not (node.kind and node.kind.strips_slash):
-                message = f'{name}: tf2 refuses names of frames that begin with "/"'
+                message = f'{name}: tf2 rejects names of frames that begin with "/"'
                 yield error("parameters-frame", message, setting.span, f'write "{text.lstrip("/")}"')
             elif key.frame == BASE:
                 yield from _check_base(case, node, key, name, value, setting, parts)

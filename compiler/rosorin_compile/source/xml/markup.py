@@ -346,7 +346,7 @@ class _Reader:
 
     def doctype(self, *_: object) -> None:
         message = "a document type (<!DOCTYPE>) may declare entities, which are not read"
-        help = "remove the <!DOCTYPE ...>; no reader of robots needs one"
+        help = "remove the <!DOCTYPE ...>, which no robot description needs"
         raise MarkupError(error("xml-doctype", message, self.document.span(self.here(), len("<!DOCTYPE")), help))
 
 
@@ -399,6 +399,6 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
         return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
     if text[max(0, at - 1) : at] == "&":
         return at - 1, '"&" is not allowed here', _ESCAPES
-    help = _ESCAPES if letter in ("<", "&") else "the > of a tag, or a value in quotes, is missing before"
+    help = _ESCAPES if letter in ("<", "&") else 'a ">" or the quotes of a value are missing before it'
     shown = "a space" if letter.isspace() else f'"{letter}"'
     return at, f"{shown} is not allowed here", help

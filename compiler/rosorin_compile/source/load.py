@@ -181,8 +181,7 @@ class _Composer:
             raise self.fail("yaml-tag", f"the YAML tag {tag} is not supported here", event, advice)
         made: Any
         if is_scalar:
-            is_plain = not event.style and tag is None
-            made = plain_scalar(event.value) if is_plain else Text(event.value)
+            made = plain_scalar(event.value) if not event.style and tag is None else Text(event.value)
             made = self.tagged(event) if tag in _UNIT_TAGS else made
         elif isinstance(event, yaml.MappingStartEvent):
             made = self.mapping(event, depth)

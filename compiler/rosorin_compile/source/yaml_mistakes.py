@@ -98,7 +98,7 @@ class _Failure:
             return None
         if before[-1] in "'\"":
             escape = "''" if before[-1] == "'" else '\\"'
-            return self.report("the text continues after its closing quote", f"write {escape} inside the text")
+            return self.report("text continues after its closing quote", f"write {escape} for {before[-1]} in the text")
         if "block" not in self.what or rest[0] in ":,":
             return None
         word = printable(rest.split()[0])

@@ -86,7 +86,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
         for one in map(Diagnostic.with_help, problems):
-            left_out = "; --lenient leaves it out" if one.rule == "mimic-unknown" else ""
+            left_out = "; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else ""
             diagnostics.append(replace(one, help=f"{one.help}{left_out}".replace("?;", "?")))
     tree = None if has_errors(diagnostics) else tree
     comments = comments_of(document, reader.paths) if tree is not None else []

@@ -203,8 +203,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
         message = f'"footprint" of {node.shown} is not a polygon: the costmap goes on with robot_radius'
-        help = 'write three points or more: "[[x, y], ...]"'
-        yield error("parameters-wrong-value", message, footprint.span, help)
+        yield error("parameters-wrong-value", message, footprint.span, 'write three points or more: "[[x, y], ...]"')
     prefix = node.setting("frame_prefix")
     if node.kind.name == ROBOT_STATE_PUBLISHER and prefix.value and isinstance(prefix.value, str):
         message = f'"frame_prefix" of {node.shown} is "{prefix.value}": it writes that before every frame of the robot'

@@ -387,6 +387,7 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
         message = f"{expat.ErrorString(code)}{f' {found[0]}' if found else ''}"
         is_second = kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag
         related = [Related("the root element", document.root.span)] if is_second else []
+        help = "remove it: an XML file has one root element" if is_second else help
     return error(RULE, message, document.span(at, length), help, related)
 
 

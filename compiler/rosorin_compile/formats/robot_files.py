@@ -208,7 +208,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     for index, one in enumerate(map(Diagnostic.with_help, [*found])):  # suggest --lenient where it helps
         is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
         if is_of_lenient and one.of and not lenient:
-            found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
+            found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient accepts it as it is"))))
     return (None if has_errors(found) else tree), gather(found, [WARNING])
 
 

@@ -99,11 +99,11 @@ class XmlReader:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
                 self.ignore(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
-                message = f"{name_of(element)} has a second <{tag}>; readers differ in which of them they take"
+                message = f"{name_of(element)} has a second <{tag}>; parsers differ in which one they use"
                 related = [Related("the first", children[0].span)]
-                self.error("duplicate-element", message, again.span, "remove one; --lenient takes the first", related)
+                self.error("duplicate-element", message, again.span, "remove one; --lenient uses the first", related)
             else:
-                self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "the first is taken")
+                self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "only the first is used")
         return children[0] if children else None
 
     def attribute(self, element: Element, name: str) -> str | None:
@@ -150,7 +150,7 @@ class XmlReader:
         if self.options.lenient:
             self.cannot_carry(f"{what} of {name_of(element)}", span, f"did you mean {near}?")
         else:
-            message = f"{name_of(element)} has {what}, which no reader knows"
+            message = f"{name_of(element)} has {what}, which no parser knows"
             self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
 
     def keep(self, element: Element, entry: Map) -> None:

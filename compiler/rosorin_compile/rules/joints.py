@@ -99,7 +99,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
-        help = f'correct one "child" (not the child of any joint: {quote(left)})' if left else ""
+        help = f'correct "child" of one joint (links without a parent joint: {quote(left)})' if left else ""
         if any(end[0] == "sensors" for end in ends):
             message, help = f'several entries define frame "{child}": {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
         related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]

@@ -265,7 +265,7 @@ class _Robot:
         reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
         if (attribute := element.attributes.get("name")) is None or not attribute.value:
             message = f"a <{element.tag}> of {name_of(link.element)} has no name"
-            reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
+            reading.lenient("missing-attribute", message, element.span, 'add name="..."', "accepts it without")
         elif not NAME.match(attribute.value):
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
         elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # not the default name

@@ -126,7 +126,7 @@ class _Reader(XmlReader):
             tree.put("robot", name.value, name.name_span, name.span)
         else:
             problem = '<robot> lacks the attribute "name"' if name is None else "the name of <robot> is empty"
-            if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
+            if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "uses the name of the file"):
                 put_value(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
         put_value(source, "status", "imported", root)
         put_value(source, "note", f"from {mask_controls(path.name)}", root)
@@ -212,7 +212,7 @@ class _Reader(XmlReader):
             span = element.attributes["name"].span if name is not None else element.span
             if name in section:
                 related, message = [Related("first defined here", section.key_spans[name])], f'the {tag} "{name}"'
-                self.error("duplicate-name", f"{message} is defined twice", span, "rename or remove one", related)
+                self.error("duplicate-name", f"{message} is defined twice", span, "rename one of them", related)
             elif name is not None:
                 section.put(name, entry, span, element.span)
 
@@ -306,12 +306,12 @@ class _Reader(XmlReader):
         attribute = origin.attributes.get("quat_xyzw")
         self.put_numbers(entry, origin, keys={"xyz": "xyz", **({} if attribute else {"rpy": "rpy"})})
         if attribute is not None and "rpy" in origin.attributes:
-            message = f"{name_of(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
-            self.error("duplicate-element", message, attribute.name_span, "remove one")
+            message = f"{name_of(origin)} has rpy and quat_xyzw; parsers differ in which one they use"
+            self.error("duplicate-element", message, attribute.name_span, "remove rpy or quat_xyzw")
         elif attribute is not None and (quaternion := numbers(origin, "quat_xyzw", 4, PLAIN, self)) is not None:
             if not any(quaternion):
                 message = f"quat_xyzw of {name_of(origin)} is zero: no rotation"
-                self.error("zero-quaternion", message, attribute.span, "correct it")
+                self.error("zero-quaternion", message, attribute.span, 'write a rotation, such as "0 0 0 1" for none')
                 return
             x, y, z, w = quaternion
             made = Seq(attribute.span)
@@ -401,9 +401,9 @@ class _Reader(XmlReader):
                 self.paths[id(element)] = ("materials", name)
                 made.put(name, entry, element.attributes["name"].span, element.span)
             elif self.options.lenient:
-                self.cannot_carry(f'a second material "{name}"', element.span, "the first is taken")
+                self.cannot_carry(f'a second material "{name}"', element.span, "only the first is used")
             else:
-                related, help = [Related("the first", made.value_spans[name])], "remove one; --lenient takes the first"
+                related, help = [Related("the first", made.value_spans[name])], "remove one; --lenient uses the first"
                 self.error("duplicate-name", f'the material "{name}" is defined twice', element.span, help, related)
 
     def _material_name(self, element: Element) -> str | None:

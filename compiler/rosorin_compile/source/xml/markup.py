@@ -397,7 +397,7 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
         help = "remove it" if letter != "\0" or text[at:].strip("\0 \r\n\t") else "remove it; --lenient ignores it"
         return at, f"the character U+{ord(letter):04X} is not allowed in XML", help
     if comment >= 0 and text.find("-->", comment + 4, at) < 0:
-        return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
+        return at, '"--" is not allowed inside a comment', "write one dash; --lenient accepts it as it is"
     if text[max(0, at - 1) : at] == "&":
         return at - 1, '"&" is not allowed here', _ESCAPES
     help = _ESCAPES if letter in ("<", "&") else 'a ">" or the quotes of a value are missing before it'

@@ -175,7 +175,7 @@ _SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_r
 @rule(
     "range-without-room",
     "A range for a simulation is empty: its first number is not below its second.",
-    "Give the smaller number first, or remove the range.",
+    "Write the smaller number first, or remove the range.",
     SIMULATED,
 )
 def ranges(case: Case) -> Iterator[Diagnostic]:

@@ -292,8 +292,7 @@ def compare_frames(pairing: BodyPairs, report: Report) -> tuple[Mapping[str, str
         if before == after:
             before, after = f"{before}, as part of {top}", f"{after}, as part of {goal}"
         with_it = f", and with it {several(names[1:])}" if names[1:] else ""
-        text = f"{names[0]}: {before} -> {after}{with_it}"
-        report.items.append(Item(FRAME, names[0], "body", text, before, after))
+        report.items.append(Item(FRAME, names[0], "body", f"{names[0]}: {before} -> {after}{with_it}", before, after))
     return {top: clusters[0][0] for top, clusters in work.clusters.items()}, work.flipped
 
 

@@ -71,8 +71,7 @@ def pair_sides(a: Side, b: Side, tolerance: float, prefix: str | None) -> BodyPa
     for at, side, other in ((1, a, b), (0, b, a)):
         output = other.format.output(side.robot)
         if other.format.names is not None and output is not None:  # an option of the output can rename links
-            names = other.format.names(output)
-            free = {new: old for new, old in names.items() if old not in other.robot.link}
+            free = {new: old for new, old in other.format.names(output).items() if old not in other.robot.link}
             other = other._replace(robot=renamed_robot(other.robot, free, {}))
             pairing = pair(a, other, tolerance, prefix) if at else pair(other, b, tolerance, prefix)
             pairing.steps[at].insert(0, (free, {}))

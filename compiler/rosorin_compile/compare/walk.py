@@ -100,8 +100,7 @@ def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, 
         largest = max(map(abs, (*old, *new)), default=0.0)
         known = join_errors(precisions[0](key, *old), precisions[1](key, *new)) if old != new else 0.0
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
-        pairs = zip(old, new, strict=True)
-        return all(abs(a - b) <= known + tolerance * max(floor, abs(a), abs(b)) for a, b in pairs)
+        return all(abs(a - b) <= known + tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True))
 
     if isinstance(old, Pose) and isinstance(new, Pose):
         return near("xyz", old.xyz, new.xyz) and same_turn(old.rpy, new.rpy, precisions, tolerance)

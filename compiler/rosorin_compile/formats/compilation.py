@@ -136,8 +136,7 @@ class RobotReader:
     ) -> ImportedRobot:
         """Import the file that an entry of ``include`` refers to; ``by`` is the source position of the entry."""
         call = entry if "macro" in entry else None
-        options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
-        imported = read_robot(path, options, by)
+        imported = read_robot(path, ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call), by)
         # Drop notes of rules, because the rules are checked again for the complete robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)

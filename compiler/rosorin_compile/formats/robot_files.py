@@ -28,7 +28,7 @@ from .imported_robot import ImportedRobot, Outputs, ReadOptions, as_tree, conver
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
-    "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
+    "html": ("a web page", "download the file itself, with the Raw button on GitHub"),
     "svg": ("a picture", "name the file of the robot"),
     "collada": ("a mesh (COLLADA)", "name the file of the robot, which names its meshes"),
     "package": ("the package.xml of a ROS package", "name the file of the robot in that package"),
@@ -208,7 +208,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     for index, one in enumerate(map(Diagnostic.with_help, [*found])):  # suggest --lenient where it helps
         is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
         if is_of_lenient and one.of and not lenient:
-            found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
+            found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient accepts it as it is"))))
     return (None if has_errors(found) else tree), gather(found, [WARNING])
 
 

@@ -17,7 +17,7 @@ from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, error
 from rosorin_compile.source.load import json_of
-from rosorin_compile.source.wording import mask_controls
+from rosorin_compile.source.wording import mask_controls, phrase
 
 from .format import PLACES, Format, ImportFile
 from .imported_robot import ImportedRobot, as_tree
@@ -65,7 +65,7 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
             diagnostics.append(error("robot-model-same-name", message, None, 'use another name in "rename"'))
         renamed[name] = link
     if len(groups) > 1 and "servos" not in options:
-        message = f"pulse_to_rad can only contain one servo group, but the robot has {', '.join(groups)}"
+        message = f"pulse_to_rad can only contain one servo group, but the robot has {phrase(groups)}"
         diagnostics.append(error("robot-model-servos", message, None, 'choose one with "servos: NAME"'))
     servos = groups.get(options.get("servos", next(iter(groups), "")))
     model: dict[str, Any] = {"source": options.get("source", robot.source.note)}

@@ -99,11 +99,11 @@ class XmlReader:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
                 self.ignore(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
-                message = f"{name_of(element)} has a second <{tag}>; readers differ in which of them they take"
+                message = f"{name_of(element)} has a second <{tag}>; parsers differ in which one they use"
                 related = [Related("the first", children[0].span)]
-                self.error("duplicate-element", message, again.span, "remove one; --lenient takes the first", related)
+                self.error("duplicate-element", message, again.span, "remove one; --lenient uses the first", related)
             else:
-                self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "the first is taken")
+                self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "only the first is used")
         return children[0] if children else None
 
     def attribute(self, element: Element, name: str) -> str | None:
@@ -130,7 +130,7 @@ class XmlReader:
             if near is not None and not is_xacro:
                 self.misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
             elif keep is None or is_xacro:
-                help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded" if is_xacro else ""
+                help = "URDF parsers ignore it; name the file NAME.xacro to have it expanded" if is_xacro else ""
                 self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span, help)
             else:
                 self.keep(child, keep)
@@ -150,7 +150,7 @@ class XmlReader:
         if self.options.lenient:
             self.cannot_carry(f"{what} of {name_of(element)}", span, f"did you mean {near}?")
         else:
-            message = f"{name_of(element)} has {what}, which no reader knows"
+            message = f"{name_of(element)} has {what}, which no parser knows"
             self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
 
     def keep(self, element: Element, entry: Map) -> None:
@@ -168,7 +168,7 @@ class XmlReader:
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
             message = f"{_described(element, name)} {have}; it takes {'one' if count == 1 else count}"
-            self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
+            self.error("wrong-count", message, span, f"write {'one number' if count == 1 else f'{count} numbers'}")
             return None
         made = list[SourceValue]()
         for word in words:
@@ -238,9 +238,9 @@ def _advice(text: str) -> str:
     if "$" in text:
         return "this is xacro: name the file NAME.xacro, or declare xmlns:xacro"
     if "," in text:
-        return "write a point in numbers and a space between them"
+        return "write decimals with a point, and separate numbers with spaces"
     if text[:1].isdigit() or text[:1] in "+-.":
-        return "write digits alone: values are in metres, radians and kilograms and carry no unit"
+        return "write a plain number: values are in metres, radians and kilograms, without a unit"
     return "write a number such as 0.5 or 1e-3"
 
 

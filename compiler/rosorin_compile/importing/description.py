@@ -139,8 +139,7 @@ def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
 
 @cache
 def _orders() -> list[Sequence[str]]:
-    fragments = (*_fragments(("links", "*")), *_fragments(("joints", "*")))
-    return list(dict.fromkeys(map(_order, fragments)))
+    return list(dict.fromkeys(map(_order, (*_fragments(("links", "*")), *_fragments(("joints", "*"))))))
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:

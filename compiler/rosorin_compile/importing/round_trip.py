@@ -135,8 +135,7 @@ def _proof(
         return Proof()
     Progress.step("proving the import in its engine")
     description = Description.from_path(folder / Description.ROOT_FILE)
-    placed = replace(description, outputs=description.outputs.absolute())
-    search = Request(placed, packages=packages).search_meshes
+    search = Request(replace(description, outputs=description.outputs.absolute()), packages=packages).search_meshes
     texts = write(seen_from(shown, folder), outputs)
     compiled = _compile(texts, packages, search=search, requested=[format.name])
     made = next((one.text for one in compiled.artifacts), None)

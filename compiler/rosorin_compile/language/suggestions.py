@@ -37,6 +37,7 @@ SPELLED_OUT = 5  # minimum length of a word that may be a misspelled unit name; 
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 _TO_ASCII = {0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}  # characters that look like a minus or a space
 _UNMEASURED = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
+_NOTHING = ("none", "no", "off", "null", "empty")
 _AXES = {"x": "[1, 0, 0]", "y": "[0, 1, 0]", "z": "[0, 0, 1]"}
 _EXAMPLES = {"rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
 _VECTORS = (("roll", "pitch", "yaw"), ("r", "p", "y"), ("x", "y", "z"), ("r", "g", "b", "a"))
@@ -95,7 +96,8 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
     split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # "kgm2" becomes "kg*m2"
     guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
     known = [guess for guess in guesses if guess and parse_unit(guess)] or [""]
-    return next((guess for guess in known if {*_dimensions([guess])} & {*_dimensions(wanted)}), known[0])
+    right = {*_dimensions(wanted)}
+    return next((guess for guess in known if right & {*_dimensions([guess])}), "" if right else known[0])
 
 
 def _dimensions(units: Sequence[str]) -> list[Dimension]:
@@ -132,7 +134,7 @@ def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
         return f"write a decimal point, not a comma: {comma[1]}.{comma[2]}{either}"
     if found := re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(?!\d|[-+*/(]\s*\d)(\S.*)", tidy, re.DOTALL):
         if key and not wanted:
-            return "write a plain number, without a unit"
+            return "write a plain number, without a unit" if found[2] != "%" else f"write {float(found[1]) / 100:g}"
         if unit := unit_meant(found[2], wanted):
             unknown = f'unknown unit "{found[2]}"; ' if found[2] != unit else ""
             return f"{unknown}write {found[1]} {unit}"
@@ -201,6 +203,8 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
             numbers = [format_scalar(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
             return f"write only the numbers: [{', '.join(numbers)}]"
     elif isinstance(value, str):
+        if value.casefold() in _NOTHING and not is_of_numbers:
+            return "write [] for an empty list, or remove the key"
         if len(listed := numbers_in(value)) > 1 and is_of_numbers:
             return f"write [{', '.join(listed)}]"
         if key == "axis" and (axis := _AXES.get(value.casefold().lstrip("+-"))):
@@ -231,7 +235,7 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
     if isinstance(value, str):
         if value.startswith("<"):
             return 'this is XML: write it as YAML, or keep it as XML in "urdf_elements"'
-        if found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*(.*)", value, re.DOTALL):
+        if found := re.fullmatch(r"([\w./-]+)\s*(?::=|[:= ])\s*([^=]*)", value, re.DOTALL):
             return f'write "{f"{found[1]}: {found[2]}".strip()}"' if not legal or found[1] in legal else ""
         if value and not legal:
             return f'add the missing ":", as in "{value}: ..."'
@@ -241,6 +245,7 @@ def mapping_meant(value: Any, fragment: Mapping[str, Any]) -> str:
         return 'write its keys without "- "'
     keys = required or [key for key in legal if key not in {"source", *keys_of_xml()}][:4]
     only = format_scalar(value) if len(keys) == 1 and isinstance(value, (str, int, float)) else "..."
+    keys = keys[:1] if keys[:1] in (["size"], ["box"]) else keys  # the other keys are alternatives
     return f"write {{{', '.join(f'{key}: {only}' for key in keys)}}}" if keys else ""
 
 

@@ -40,7 +40,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     for path, value in walk.not_finite:
         too_large = f"is {value:g}, and nothing can be calculated with more than {MOST:g}"
         message = f"{subject(path)} {too_large if math.isfinite(value) else 'is not a finite number'}"
-        help = "write a number, or remove the key"
+        help = "write a finite number, or remove the key"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
     reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
     schema = with_outputs(tree.get("outputs"), formats)
@@ -164,11 +164,11 @@ class _Report:
         if keyword in methods:
             return methods[keyword]()
         if keyword in ("minItems", "maxItems"):
-            count = f"at {'least' if keyword == 'minItems' else 'most'} {wanted}"
-            count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
-            message = f"{where} has {count_of(len(value), 'item')}, not {count}"
-            help = partial(suggestions.items_meant, value, self.part)
-            return self._make("wrong-length", message, lambda: help() or meaning)
+            bound = "at least " if keyword == "minItems" else "at most "
+            bound = "" if self.part.get("minItems") == self.part.get("maxItems") else bound
+            message = f"{where} has {count_of(len(value), 'item')}, not {bound}{wanted}"
+            right = f"write {bound}{count_of(wanted, 'item')}{f': {meaning}' if meaning else ''}"
+            return self._make("wrong-length", message, lambda: suggestions.items_meant(value, self.part) or right)
         if keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write some text, or remove the key")
         if keyword == "enum":
@@ -219,7 +219,8 @@ class _Report:
     def _wrong_type(self) -> list[Diagnostic]:
         types, unit = self.misfit.kinds(), self.part.get("x-unit") or []
         units = [unit] if isinstance(unit, str) else unit
-        wanted = " or ".join(_TYPES[name] for name in types if name != "null")
+        *others, last = [_TYPES[name] for name in types if name != "null"]
+        wanted = f"{', '.join(others)} or {last}" if others else last
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
         parent = value_at(self.tree, tuple(self.path[:-1]))
         is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types

@@ -73,8 +73,7 @@ def ball_of(shape: Shape) -> Ball | None:
         return None
     (a, b, c), (d, e, f) = _corners(shape.geometry)
     middle = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
-    middle = shape.pose.transform().apply(middle)
-    return Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
+    return Ball(shape.pose.transform().apply(middle), math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
 
 
 def _corners(geometry: Geometry) -> tuple[Vector, Vector]:

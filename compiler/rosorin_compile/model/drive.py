@@ -233,8 +233,7 @@ def drive_kinematics(robot: Robot) -> DriveKinematics:
             grip = _GRIPS[next(role for role, members in drive.joints.items() if name in members)]
         steered_by = steering_of(robot, drive, name)
         wheels.append(Wheel(name, at[name][0] - x, at[name][1] - y, radius, direction, grip, steered_by))
-    base = drive.frame or robot.root
-    return DriveKinematics(drive.kind, base, (x, y), tuple(wheels), steering, wheelbase, track)
+    return DriveKinematics(drive.kind, drive.frame or robot.root, (x, y), tuple(wheels), steering, wheelbase, track)
 
 
 def axis_in_base(robot: Robot, drive: Drive, name: str) -> Vector:

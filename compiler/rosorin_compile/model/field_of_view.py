@@ -58,8 +58,7 @@ def _of_mujoco(one: SensorElement) -> Data | None:
     if kind == "camera" and isinstance(fovy, float | int) and isinstance(resolution, tuple):
         wide, tall = (float(value) for value in resolution)
         vertical = math.radians(float(fovy))
-        horizontal = 2 * math.atan(math.tan(vertical / 2) * wide / tall)
-        return _frustum(one.link, pose, _CAMERA, horizontal, vertical)
+        return _frustum(one.link, pose, _CAMERA, 2 * math.atan(math.tan(vertical / 2) * wide / tall), vertical)
     if kind == "site" and attributes.get("type") == "box" and isinstance(size, tuple):
         return {"kind": "box", **place, "size": [2 * float(half) for half in size]}
     if kind != "rangefinder" or one.pose is None:

@@ -42,8 +42,7 @@ def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
     """
 
     def read(mesh: Mesh) -> Sequence[Vector] | None:
-        is_left_out = as_opened and mesh.file in robot.missing_meshes
-        return () if is_left_out else _cloud(robot, mesh.file, as_opened)[0]
+        return () if as_opened and mesh.file in robot.missing_meshes else _cloud(robot, mesh.file, as_opened)[0]
 
     return read
 

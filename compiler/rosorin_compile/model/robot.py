@@ -214,8 +214,7 @@ class Robot:
         return self._look(visual).texture
 
     def _look(self, visual: Shape) -> Shape | Material:
-        has_own = visual.rgba is not None or visual.texture
-        return visual if has_own else self.material.get(visual.material, visual)
+        return visual if visual.rgba is not None or visual.texture else self.material.get(visual.material, visual)
 
     def look_of(self, link: Link) -> Rgba | None:
         return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)

@@ -84,10 +84,10 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
     if of is None and name is None:
         return output, ("file", f"the robot has no MJCF for {scene}", add)
     if of is None:
-        help = f'write "of: NAME" with one of {phrase(known)}' if known else add
+        help = "write " + " or ".join(f'"of: {one}"' for one in known) if known else add
         return output, ("of", f'{scene} refers to output "{name}", which is not an MJCF', help)
     if name is None and len(known) > 1:
-        return of, ("file", f"{scene} does not define which MJCF it contains ({phrase(known)})", 'add "of: NAME"')
+        return of, ("file", f"{scene} does not name the MJCF that it includes ({phrase(known)})", 'add "of: NAME"')
     if posixpath.dirname(of.file) != posixpath.dirname(output.file):
         message = f"{output.file} must be in the same folder as {of.file}, which it includes"
         return of, ("file", message, "write both to one folder: MuJoCo looks for meshes relative to the scene")

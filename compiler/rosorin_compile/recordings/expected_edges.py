@@ -164,5 +164,4 @@ def _edges(robot: Robot) -> Iterator[ExpectedEdge]:
 def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> ExpectedEdge:
     free = joint.type in SEVERAL_COORDINATES and not by_urdf
     ends, value = (edge.parent, edge.child), None if free else joint.transform(0.0)
-    place = ("joint", joint.name)
-    return ExpectedEdge(*ends, edge.publisher, joint.moves or free, value, joint, when, radians, place)
+    return ExpectedEdge(*ends, edge.publisher, joint.moves or free, value, joint, when, radians, ("joint", joint.name))

@@ -336,7 +336,7 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
 def _slashed(recording: Recording, use: FrameUse) -> Diagnostic:
     name = recording.description.options.prefix + use.frame
     many = share(use.slashed, use.pace.count) if use.slashed < use.pace.count else f"{use.slashed:,}"
-    message = f'{use.topic} is stamped "/{name}" ({many} messages): tf2 refuses to look up a frame that begins with "/"'
+    message = f'{use.topic} is stamped "/{name}" ({many} messages): tf2 rejects lookups of a frame that begins with "/"'
     help = f'set frame_id to "{name}" in the driver: tf2 strips the "/" of a transform, not of a message'
     return problem("frame-with-slash", use.topic, message, help, severity=_severity(use))
 

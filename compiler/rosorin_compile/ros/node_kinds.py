@@ -234,7 +234,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     elif name == "not_empty" and not len(value):
         return "is empty", ""
     elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
-        return f"has {quote(repeated)} twice", ""
+        return f"has {quote(repeated)} twice", "remove the duplicate"
     elif name == "set_of" and set(value) not in map(set, arguments):
         return f"is {as_yaml(value)}, but must be {' or '.join(map(as_yaml, arguments))}", ""
     return "", ""
@@ -309,10 +309,10 @@ def _wrong_value(name: str, key: str, value: Any, known: Key) -> Iterator[Findin
         made = as_yaml(value) if kind == "string" and not isinstance(value, (list, tuple)) else made
         help = f"write {as_yaml(made) if fits(made, kind) else words}"
         help = f"write {words} without quotes" if isinstance(value, str) and kind in ("bool", "int", "double") else help
-        message = f"{what} is {as_yaml(value)}, but must be {words}, or the node does not start"
+        message = f"{what} is {as_yaml(value)}, but must be {words}, or the node will not start"
         yield Finding("parameters-wrong-type", message, key, help)
     elif isinstance(value, str) and value in known.renamed:
-        message = f'{what} is "{value}", which was renamed: the node does not start'
+        message = f'{what} is "{value}", which was renamed: the node will not start'
         yield Finding("parameters-wrong-value", message, key, f"write {known.renamed[value]}")
     elif known.forced and value not in ("", known.forced):
         message = f'{what} is always "{known.forced}", so this value has no effect'

@@ -34,7 +34,8 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
         if at is not None:
             who = "odometry or localisation (REP 105)"
             message = f'"{frame}" is a frame of the robot, but its transform comes from {who}'
-            problem = case.problem("owns-world-frame", message, at, key=frame in robot.link and at[0] == "links")
+            help = 'use another "frame" for the sensor' if at[0] == "sensors" else ""
+            problem = case.problem("owns-world-frame", message, at, help, key=frame in robot.link and at[0] == "links")
             # Users can suppress this with ``accept`` only for a link.
             yield problem if frame in robot.link else replace(problem, of=())
 

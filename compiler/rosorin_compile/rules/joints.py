@@ -99,7 +99,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
         message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
-        help = f'correct one "child" (not the child of any joint: {quote(left)})' if left else ""
+        help = f'correct "child" of one joint (links without a parent joint: {quote(left)})' if left else ""
         if any(end[0] == "sensors" for end in ends):
             message, help = f'several entries define frame "{child}": {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
         related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
@@ -168,8 +168,8 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         related = [
             case.related_place("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])
         ]
-        help = f'add a joint with "child: {others[0]}"'
-        yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
+        help = " and ".join(f'a joint with "child: {name}"' for name in others[:MAX_NAMED])
+        yield case.problem("several-roots", message, case.link(others[0]), f"add {help}", related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
         near = Suggestion(name, frames, details=f'add a joint with "child: {name}", or remove the link')

@@ -112,6 +112,6 @@ def slashes(case: Case) -> Iterator[Diagnostic]:
     """A warning: a name begins with `/`. tf2 strips the slash when it stores a frame, and rejects it in lookups."""
     for one in _names(case):
         if one.name.startswith("/") and one.kind in ("link", "frame", "joint"):
-            reader = "controllers split names at a slash" if one.kind == "joint" else "tf2 refuses such frame names"
+            reader = "controllers split names at a slash" if one.kind == "joint" else "tf2 rejects such frame names"
             message = f'{one.kind} "{one.name}" begins with "/": {reader}'
             yield case.problem("leading-slash", message, one.path, key=one.key)

@@ -60,7 +60,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     def format_help() -> str:
         help = word_meant(output.backend, [format.name for format in formats], "backend")
         if help.startswith("known"):
-            help = f'write "{named[0]}", the format of such files' if named else ""
+            help = f'use the format "{named[0]}" for this file' if named else ""
         return f"{help} ({known})" if help else known
 
     place = path if is_name else (*path, "backend")

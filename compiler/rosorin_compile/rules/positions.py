@@ -11,7 +11,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Joint, Robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, POSES, rule
 from rosorin_compile.source.tree import Map, Path
-from rosorin_compile.source.wording import first_of
+from rosorin_compile.source.wording import quote
 
 from .case import Case, number
 from .joints import circles
@@ -122,7 +122,7 @@ def zeros(case: Case) -> Iterator[Diagnostic]:
     joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
     away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
     if away:
-        names = first_of([f'"{joint.name}"' for joint in away], SHOWN)
+        names = quote([joint.name for joint in away], SHOWN)
         message = f"simulations start with all joints at zero, which is outside the limits of {names}"
         lower, _ = range_of(away[0]) or (0.0, 0.0)
         path = case.joint(away[0], "limit", "lower" if lower > 0 else "upper")

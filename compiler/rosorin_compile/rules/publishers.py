@@ -176,7 +176,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path:
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if ROBOT_STATE_PUBLISHER in owners else ()
 
 
-@rule("two-publishers", "A frame has two publishers.", "Remove one publisher, or write `when` for both.", FRAMES)
+@rule("two-publishers", "A frame has two publishers.", "Keep one publisher of the frame in every mode.", FRAMES)
 @rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Add a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Report frames with two publishers, or without a publisher, in some combination of modes."""
@@ -197,13 +197,15 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             if len(owners) > 1 or silent:
                 *others, last = active = owners if len(owners) > 1 else [*silent, *owners]
                 names, parents = ({getattr(claim, end): None for claim in active} for end in ("owner", "parent"))
-                what, often = ("publishes", " twice") if len(names) == 1 else ("publish", "")
+                both = "publish" if len(owners) > 1 else "are both set to publish"
+                what, often = ("publishes", " twice") if len(names) == 1 else (both, "")
                 below = f" (from {quote(parents)})" if len(parents) > 1 else ""
                 message = f'{phrase(names)} {what} the transform to "{child}"{often}{below}{in_words(combination)}'
-                related = [(f"also set here: {claim.owner}", _place(case, claim)) for claim in others]
-                is_urdf = any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active)
-                help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
-                yield case.problem("two-publishers", message, _place(case, last), help * is_urdf, related=related)
+                related = [(f"also set as publisher here: {claim.owner}", _place(case, claim)) for claim in others]
+                help = 'remove one publisher, or give each a "when" so that only one is active in every mode'
+                if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
+                    help = "robot_state_publisher publishes in every mode; choose the publisher with an argument"
+                yield case.problem("two-publishers", message, _place(case, last), help, related=related)
                 break
             gap = combination if not active and gap is None else gap
         else:
@@ -259,7 +261,7 @@ def unpublished_joints(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
-@rule("planar-taken-as-fixed", help="Write `type: floating`, and a `publisher` or `{none: REASON}`.", topic=JOINTS)
+@rule("planar-taken-as-fixed", help="Write `type: floating` and `publisher: NAME` or `{none: REASON}`.", topic=JOINTS)
 def planar(case: Case) -> Iterator[Diagnostic]:
     """A warning: a planar joint is in the URDF, but robot_state_publisher treats it as fixed.
 
@@ -372,7 +374,7 @@ def _urdf_roots(case: Case) -> list[str]:
     return sorted(roots, key=lambda root: -len(case.robot.subtree(root))) if len(roots) > 1 else roots
 
 
-@rule("split-tf", help="Add a publisher to this joint, or write `none: REASON` for joints below it.", topic=FRAMES)
+@rule("split-tf", help="Add a publisher to this transform, or write `none: REASON` for joints below it.", topic=FRAMES)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
     """A warning: frames are cut off from the tree, because no node publishes a joint above them."""
     if not case.robot.is_tree or not case.robot.published_by(UNPUBLISHED):

@@ -163,7 +163,7 @@ def longest(shape: Shape) -> tuple[Path, float, float]:
     return max(sides, key=lambda side: side[1])
 
 
-@rule("two-in-one-place", help="Correct `xyz` of one, or remove it.", topic=NUMBERS, accept="joint", imported="always")
+@rule("two-in-one-place", help="Move or remove one of the joints.", topic=NUMBERS, accept="joint", imported="always")
 def duplicates(case: Case) -> Iterator[Diagnostic]:
     """A warning: two joints put links with equal shapes into the same place, such as a copied wheel."""
     first: dict[Any, Joint] = {}

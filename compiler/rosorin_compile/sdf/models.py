@@ -194,7 +194,7 @@ class SdfReader(XmlReader):
             if any((a, b, c, w)):
                 return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
             message = f"the quaternion of {name_of(element)} is zero: no rotation"
-            self.error("zero-quaternion", message, element.span, "correct it")
+            self.error("zero-quaternion", message, element.span, "write a rotation, such as 0 0 0 1 for none")
             return none
         if is_true(element.get("degrees")):
             found = [*found[:3], *(SourceValue(math.radians(one.value), one.span) for one in found[3:])]
@@ -277,7 +277,7 @@ class SdfReader(XmlReader):
         self.need(root, "version")
         if attribute is not None and version not in _VERSIONS:
             message, help = f'SDF of version "{version}" is not read', f"versions {_VERSIONS[0]} to {newest} are"
-            if self.lenient("sdf-version", message, attribute.span, help, f"takes it for {newest}"):
+            if self.lenient("sdf-version", message, attribute.span, help, f"reads it as {newest}"):
                 version = newest
         return tuple(map(int, version.split("."))) if version in _VERSIONS else None
 
@@ -322,7 +322,7 @@ class SdfReader(XmlReader):
         if (first := scope.nodes.get(name)) is not None:
             message = f'the {kind} "{name}" has the name of another {first.kind}'
             related = [Related("first defined here", first.element.span)]
-            self.error("duplicate-name", message, name_span(element), "rename or remove one", related)
+            self.error("duplicate-name", message, name_span(element), "rename or remove one of them", related)
         if first is not None or not name:
             return None
         return scope.nodes.setdefault(name, Node(kind, name, element, scope, self.pose(self.single(posed, "pose"))))

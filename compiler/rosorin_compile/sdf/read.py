@@ -257,7 +257,7 @@ class _Robot:
         if (solid := self._solid(geometry, made, link)) is None:
             return
         if solid.tag not in SOLIDS:
-            message = f"<{solid.tag}> of {name_of(element)} is a shape of its own kind: kept as it is"
+            message = f"<{solid.tag}> of {name_of(element)} is not a standard shape: it is kept as XML"
             reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
             self._keep(element, link)
             return
@@ -265,7 +265,7 @@ class _Robot:
         reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
         if (attribute := element.attributes.get("name")) is None or not attribute.value:
             message = f"a <{element.tag}> of {name_of(link.element)} has no name"
-            reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
+            reading.lenient("missing-attribute", message, element.span, 'add name="..."', "accepts it without")
         elif not NAME.match(attribute.value):
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
         elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # not the default name
@@ -329,7 +329,7 @@ class _Robot:
         children = [child for child in geometry.children if child.tag != "empty"] or geometry.children
         if len(children) > 1 and {child.tag for child in children} != {"polyline"}:
             message = f"{name_of(geometry)} has {phrase(f'<{child.tag}>' for child in children)}; it takes one"
-            reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
+            reading.error("duplicate-element", message, children[1].span, "move one to another collision or visual")
             return None
         if not children:
             help = f"it takes one of {', '.join(SOLIDS)}"

@@ -119,7 +119,7 @@ class Bodies:
             self.joints.append(JointNode(node, kind, parent[0], child[0], there))
         else:
             message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
-            if reading.lenient("two-parents", message, node.element.span, "remove one", "leaves the second out"):
+            if reading.lenient("two-parents", message, node.element.span, "remove one joint", "leaves the second out"):
                 reading.cannot_carry(name_of(node.element), node.element.span)
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:

@@ -163,7 +163,7 @@ class _Composer:
         alias = self.anchors.get(event.anchor) if is_alias else None
         self.nodes += 1 + (alias[1] if alias else 0)
         if self.nodes > self.max_nodes:
-            message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
+            message = f"the file has more than {self.max_nodes:,} values, including those of its aliases"
             raise self.fail("yaml-too-large", message, event, "split the file, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "use fewer nested levels")
@@ -181,8 +181,7 @@ class _Composer:
             raise self.fail("yaml-tag", f"the YAML tag {tag} is not supported here", event, advice)
         made: Any
         if is_scalar:
-            is_plain = not event.style and tag is None
-            made = plain_scalar(event.value) if is_plain else Text(event.value)
+            made = plain_scalar(event.value) if not event.style and tag is None else Text(event.value)
             made = self.tagged(event) if tag in _UNIT_TAGS else made
         elif isinstance(event, yaml.MappingStartEvent):
             made = self.mapping(event, depth)

@@ -198,8 +198,7 @@ def first_file(name: str) -> Path:
         if _misnamed(path) or path.parent.name == DESCRIPTIONS:
             raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path))}')
     known, none = [path.parent.name for path in all_here()], f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
-    what = f"file, folder with {ROOT_FILE} or description"
-    raise NoDescription(str(UnknownName(what, name[:200], known, none=none)))
+    raise NoDescription(str(UnknownName(f"file, folder with {ROOT_FILE} or description", name[:200], known, none=none)))
 
 
 def _may_be_file(path: Path) -> bool:

@@ -9,6 +9,7 @@ import yaml
 
 from .diagnostics import Diagnostic, Related, Source, Span, error
 from .project import data_folder
+from .units import parse_unit
 from .wording import count_of, printable
 
 MAX_DEPTH = 60
@@ -33,7 +34,7 @@ _REPORTS = (
 def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     """Convert an exception of the YAML parser to a diagnostic that explains the mistake."""
     if isinstance(problem, yaml.reader.ReaderError):
-        return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
+        return error("yaml-syntax", "unexpected control character", source.span(problem.position), "remove it")
     if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # the limit of libyaml is 1,000 levels
         span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
         return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "use fewer nested levels")
@@ -97,12 +98,12 @@ class _Failure:
             return None
         if before[-1] in "'\"":
             escape = "''" if before[-1] == "'" else '\\"'
-            return self.report("the text continues after its closing quote", f"write {escape} for a quote in it")
+            return self.report("text continues after its closing quote", f"write {escape} for {before[-1]} in the text")
         if "block" not in self.what or rest[0] in ":,":
             return None
         word = printable(rest.split()[0])
-        comment = f"{_COMMENT}; write the unit after each number of a list"
-        help = "remove it, or add the opening bracket" if rest[0] in "]}" else comment
+        help = "write the unit after each number" if parse_unit(word) else 'remove it, or begin a comment with "#"'
+        help = "remove it, or add the opening bracket" if rest[0] in "]}" else help
         return self.report(f'unexpected "{word}" after the closing "{before[-1]}"', help, length=len(word))
 
     def bracket(self) -> Diagnostic | None:
@@ -128,7 +129,7 @@ class _Failure:
             return self.report(f'a "," is missing before "{word}"', "add it", (self.line, end - len(word)), len(word))
         if self.letter == ":" and ": " in text:
             length = len(text.partition(": ")[2].lstrip())
-            return self.report('a text with ":" needs quotes', _QUOTE, (self.line, end - length), length + 1)
+            return self.report('text with ":" needs quotes', _QUOTE, (self.line, end - length), length + 1)
         return self.report(f'a "," or the closing "{closing}" is missing here', f"add it, or {_QUOTE}")
 
     def colon(self) -> Diagnostic | None:
@@ -136,7 +137,7 @@ class _Failure:
         if not_allowed and (found := _COLON.search(self.before)):
             value = self.before[found.end() :]
             place = (self.line, found.end() + 1 + len(value) - len(value.lstrip()))
-            return self.report('a text with ":" needs quotes', _QUOTE, place, len(value.strip()))
+            return self.report('text with ":" needs quotes', _QUOTE, place, len(value.strip()))
         above = self.line_above(self.line)
         if not_allowed or self.what.endswith("could not find expected ':'"):
             number = self.begun[0] if "simple key" in self.what else above
@@ -164,7 +165,7 @@ class _Failure:
         if found:
             message = 'a space is missing after the ":"' if sign == ":" else f'"{sign}" is used instead of ":"'
         elif len(text.split()) > 3 or text[-1] in ".,;!>":
-            help = f'{_COMMENT}; XML has to be text in "urdf_elements"' if text.startswith("<") else _COMMENT
+            help = 'write XML as text in "urdf_elements"' if text.startswith("<") else _COMMENT
         return self.report(message, help, (number, _key_indent(line) + 1), len(text))
 
     def indentation(self) -> Diagnostic | None:
@@ -172,11 +173,13 @@ class _Failure:
         if not ("expected key" in self.what or is_item) or self.before.strip() or not self.text.strip():
             return None
         message = f"this line is indented by {self.indent} spaces, which matches no line above"
+        help = "indent it like the other lines of its entry"
         if is_item and self.indent == self.begun[1] - 1:
             message = 'this line needs a leading "- ", like the other items of the list'
+            help = 'add "- ", or indent it like the lines of the item above'
         elif self.letter == "-":
-            message = "a list item is mixed with keys"
-        return self.report(message, "indent it like the other lines of its entry", (self.line, self.indent + 1))
+            message, help = "a list item is mixed with keys", "indent it like the other items of its list"
+        return self.report(message, help, (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
         text = self.source.text

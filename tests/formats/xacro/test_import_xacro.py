@@ -103,7 +103,7 @@ def test_expanded_text_is_what_xacro_prints_every_time(arm, monkeypatch):
 def test_a_warning_comes_once_and_before_anything_is_run(arm, monkeypatch):
     first = expand(arm, trust=False).diagnostics[0]
     assert (first.rule, first.severity) == ("xacro-runs-code", "warning")
-    assert first.message == "arm.xacro is expanded by xacro, which can run Python code of its author"
+    assert first.message == "arm.xacro is expanded by xacro, which runs any Python code that the file contains"
     assert expand(arm).diagnostics == []
     reported: list[Diagnostic] = []
     assert expand(arm, trust=False, tell=reported.append).diagnostics == []

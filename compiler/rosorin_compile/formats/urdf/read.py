@@ -86,8 +86,8 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
         for one in map(Diagnostic.with_help, problems):
-            help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
-            diagnostics.append(replace(one, help=help))
+            left_out = "; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else ""
+            diagnostics.append(replace(one, help=f"{one.help}{left_out}".replace("?;", "?")))
     tree = None if has_errors(diagnostics) else tree
     comments = comments_of(document, reader.paths) if tree is not None else []
     return ImportedRobot(tree, diagnostics, comments, files or (path,), document.root.get("version"))
@@ -126,7 +126,7 @@ class _Reader(XmlReader):
             tree.put("robot", name.value, name.name_span, name.span)
         else:
             problem = '<robot> lacks the attribute "name"' if name is None else "the name of <robot> is empty"
-            if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
+            if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "uses the name of the file"):
                 put_value(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
         put_value(source, "status", "imported", root)
         put_value(source, "note", f"from {mask_controls(path.name)}", root)
@@ -191,7 +191,7 @@ class _Reader(XmlReader):
             return name
         message, help = f"the name of a {element.tag} is empty", "give it a name"
         if name.strip():
-            wrong = "has one of < > & \" ' or a control character"
+            wrong = "contains one of < > & \" ' or a control character"
             wrong = "begins or ends with a space" if name != name.strip() else wrong
             message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {wrong}', "rename it"
         self.error("bad-name", message, element.attributes["name"].span, help)
@@ -210,7 +210,7 @@ class _Reader(XmlReader):
             span = element.attributes["name"].span if name is not None else element.span
             if name in section:
                 related, message = [Related("first defined here", section.key_spans[name])], f'the {tag} "{name}"'
-                self.error("duplicate-name", f"{message} is defined twice", span, "rename or remove one", related)
+                self.error("duplicate-name", f"{message} is defined twice", span, "rename one of them", related)
             elif name is not None:
                 section.put(name, entry, span, element.span)
 
@@ -259,12 +259,12 @@ class _Reader(XmlReader):
         shapes, before = [child for child in geometry.children if child.tag in SHAPES], len(self.diagnostics)
         if len(shapes) > 1:
             message = f"{name_of(geometry)} has {phrase(f'<{child.tag}>' for child in shapes)}; it takes one"
-            self.error("duplicate-element", message, shapes[1].span, "make a second <visual> or <collision> of it")
+            self.error("duplicate-element", message, shapes[1].span, "move one to a second <visual> or <collision>")
             return
         self.check_element(geometry, None if shapes else Map(geometry.span))
         if not shapes and not has_errors(self.diagnostics[before:]):
             what = phrase(f"<{child.tag}>" for child in geometry.children)
-            message = f"{what} of {name_of(element)} is a shape of its own kind: kept as it is"
+            message = f"{what} of {name_of(element)} is not a standard shape: it is kept as XML"
             self.note("import-kept", message, geometry.span)
             self.keep(element, link)
         if not shapes:
@@ -301,12 +301,12 @@ class _Reader(XmlReader):
         attribute = origin.attributes.get("quat_xyzw")
         self.put_numbers(entry, origin, keys={"xyz": "xyz", **({} if attribute else {"rpy": "rpy"})})
         if attribute is not None and "rpy" in origin.attributes:
-            message = f"{name_of(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
-            self.error("duplicate-element", message, attribute.name_span, "remove one")
+            message = f"{name_of(origin)} has rpy and quat_xyzw; parsers differ in which one they use"
+            self.error("duplicate-element", message, attribute.name_span, "remove rpy or quat_xyzw")
         elif attribute is not None and (quaternion := numbers(origin, "quat_xyzw", 4, PLAIN, self)) is not None:
             if not any(quaternion):
                 message = f"quat_xyzw of {name_of(origin)} is zero: no rotation"
-                self.error("zero-quaternion", message, attribute.span, "correct it")
+                self.error("zero-quaternion", message, attribute.span, 'write a rotation, such as "0 0 0 1" for none')
                 return
             x, y, z, w = quaternion
             made = Seq(attribute.span)
@@ -344,7 +344,7 @@ class _Reader(XmlReader):
             help = 'add <limit lower="" upper="" effort="" velocity=""/>'
             help += ", or make it continuous" if kind == "revolute" else ""
             message = f"{name_of(element)} is {kind} and has no <limit>"
-            self.lenient("limit-missing", message, element.span, help, "takes it without")
+            self.lenient("limit-missing", message, element.span, help, "accepts it without")
         return entry
 
     def _joint_part(self, element: Element, joint: Map, position: str) -> None:
@@ -357,7 +357,7 @@ class _Reader(XmlReader):
             return
         leader = element.get("joint")
         if tag == "mimic" and leader and leader not in self.joints and self.options.lenient:
-            self.cannot_carry(name_of(element), element.span, "the joint that it follows is not there")
+            self.cannot_carry(name_of(element), element.span, "the joint that it follows does not exist")
             return
         if tag == "mimic" and self._put_text(entry, "joint", element, "joint") is None:
             return
@@ -371,7 +371,7 @@ class _Reader(XmlReader):
             self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "accepts it")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{name_of(element)} has neither damping nor friction"
-            help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"
+            help = "add one, or remove the element: urdfdom, the URDF parser of ROS, rejects the joint"
             self.lenient("missing-attribute", message, element.span, help, "leaves it out")
             return
         elif tag == "calibration" and not entry:
@@ -395,9 +395,9 @@ class _Reader(XmlReader):
                 self.paths[id(element)] = ("materials", name)
                 made.put(name, entry, element.attributes["name"].span, element.span)
             elif self.options.lenient:
-                self.cannot_carry(f'a second material "{name}"', element.span, "the first is taken")
+                self.cannot_carry(f'a second material "{name}"', element.span, "only the first is used")
             else:
-                related, help = [Related("the first", made.value_spans[name])], "remove one; --lenient takes the first"
+                related, help = [Related("the first", made.value_spans[name])], "remove one; --lenient uses the first"
                 self.error("duplicate-name", f'the material "{name}" is defined twice', element.span, help, related)
 
     def _material_name(self, element: Element) -> str | None:
@@ -440,5 +440,5 @@ class _Reader(XmlReader):
                     del visual["material"]
         if others:
             more = f",{and_more(len(others) - 1)}" if len(others) > 1 else ""
-            message = f"{others[0][0]} differs from the first of that name, which ROS takes for all: it loses the name"
+            message = f"{others[0][0]} differs from an earlier one, which ROS would use for both: its name is removed"
             self.note("import-changed", f"{message}{more}", others[0][1])

@@ -197,7 +197,7 @@ class Content:
                 invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
-                message = f"the masses of links that are one link in the URDF cannot be added: {problem}"
+                message = f"the masses of links that the URDF merges into one cannot be added: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct the masses"))
         gazebo, number = distribution(output.options.get("gazebo")), number_format(output.options)
         # Elements for Gazebo, and elements of sections such as ros2_control.

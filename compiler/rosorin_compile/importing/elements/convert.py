@@ -235,8 +235,7 @@ def _candidates(texts: Sequence[str]) -> list[Candidate]:
                 elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
                     reference = element.get("reference", "").strip()
                     for number, child in enumerate(child for child in element if child.tag == "sensor"):
-                        name = child.get("name", "").strip()
-                        found.append(Candidate(SENSORS, name, index, number, child, reference))
+                        found.append(Candidate(SENSORS, child.get("name", "").strip(), index, number, child, reference))
     return found
 
 

@@ -44,8 +44,7 @@ class Evaluator:
 
     def eval(self, tree: ast.expr) -> Any:
         """Evaluate an expression to a symbolic value, function or namespace. Raises Untranslatable or Python errors."""
-        method = getattr(self, f"_{type(tree).__name__.lower()}", self._computed)
-        return method(tree)
+        return getattr(self, f"_{type(tree).__name__.lower()}", self._computed)(tree)
 
     def _symbol(self, tree: ast.expr) -> ir.Symbol:
         return ir.symbol_of(self.eval(tree))

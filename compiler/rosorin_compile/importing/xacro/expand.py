@@ -94,8 +94,7 @@ class _Origins:
         starts = [element.start for element in elements]
 
         def origin(start: int, length: int) -> Span:
-            index = max(0, bisect_right(starts, start) - 1)
-            element = elements[index]
+            element = elements[max(0, bisect_right(starts, start) - 1)]
             is_in_tag = start < element.opened
             while start >= element.end and element.parent is not None:
                 element, is_in_tag = element.parent, False
@@ -159,8 +158,8 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     call = None if options.call is None else macro_call(options.call, document, path, options)
     if call is not None and call.problems:
         return ImportedRobot(None, [*call.problems], files=(path,))
-    message = f"{document.source.path} is expanded by xacro, which can run Python code of its author"
-    help = "continue only if you trust the author; --trust silences this warning"
+    message = f"{document.source.path} is expanded by xacro, which runs any Python code that the file contains"
+    help = "continue only if you trust the author of the file; --trust silences this warning"
     warning = Diagnostic("xacro-runs-code", report.WARNING, message, first, (), help)
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
@@ -198,8 +197,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     problem = None if links or mount else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
-        message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
-        problem = error("wrong-root", message, made.root.span, help)
+        problem = error("wrong-root", f"{path.name} expands to <{made.root.tag}>, not to <robot>", made.root.span, help)
     if problem is not None:
         return ImportedRobot(None, [*diagnostics, problem], (), files)
     read = read_urdf(made, path, options, files)
@@ -264,8 +262,7 @@ def _errors(
         return [error("package-missing", f'the ROS package "{missing}" is not found', span, help, related)]
     message = f"xacro cannot expand the file: {text}"[:600]
     helps = [help.format(found[1]) for said, help in _HELPS.items() if (found := re.search(said, text))]
-    help = answer.get("help") or next(iter(helps), "")
-    return [error("xacro-error", message, span, help, related)]
+    return [error("xacro-error", message, span, answer.get("help") or next(iter(helps), ""), related)]
 
 
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:

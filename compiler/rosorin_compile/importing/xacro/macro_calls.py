@@ -111,8 +111,7 @@ class Calls:
             if not block:
                 raise xacro.XacroException("Not enough blocks", macro=macro)
             if block.tagName == "xacro-if":
-                test = with_tokens(block.getAttribute("test"))
-                raise Untranslatable("a block depends on a condition", test.node)
+                raise Untranslatable("a block depends on a condition", with_tokens(block.getAttribute("test")).node)
             parameters.remove(name)
             call.blocks[name] = block
             block = xacro.next_sibling_element(block)

@@ -330,7 +330,9 @@ def _pattern(entry: DisabledEntry) -> str:
 def _explained(entry: DisabledEntry, group: list[Diagnostic]) -> Diagnostic:
     (first, *others), item, key = group, entry.item, entry.key
     span, why = item.value_spans["for" if entry.is_empty else "if"], "its loop is empty"
+    help = 'put the entry that uses the name in the same loop ("for"), or add an item to the loop'
     if not entry.is_empty:
+        help = "put the same condition on the entry that uses the name"
         why = f"its condition {item['if']} is false" if isinstance(item["if"], str) else "its condition is false"
         with suppress(EvaluationFailed):
             key = entry.scope.name(key, item.span, entry.scope.via) if "$" in key else key
@@ -340,7 +342,6 @@ def _explained(entry: DisabledEntry, group: list[Diagnostic]) -> Diagnostic:
     related += [Related(f"same cause: {one.message}", one.span) for one in others[:MAX_RELATED]]
     if more := and_more(len(others) - MAX_RELATED):
         related.append(Related(f"same cause:{more}", None))
-    help = "put the same condition on the entry that uses the name"
     return replace(first, message=message, help=help, related=(*related, *first.related))
 
 

@@ -107,8 +107,7 @@ class IncludedRobots:
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
             message = f'the prefix "{prefix}" was added to names in copied XML: {first_of(names, _FEW)}'
-            note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
-            self._report(note, include.via.parent)
+            self._report(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), include.via.parent)
         made = self._attached(self._with_meshes(made, include), foreign, include)
         for section, node in sections().items():
             if node.sourced and isinstance(made.get(section), Map):

@@ -156,8 +156,9 @@ class Parts:
         if slash:
             path = self.library(file)
             if path is None:
-                help = self._near(short) or "see docs/parts-library.md"
-                raise scope.fail("unknown-part", f'there is no parts file "{file}"', place, help)
+                files = ", ".join(sorted(path.stem for path in data_folder("parts_library").glob("*.yaml")))
+                help = f'use a library file ({files}), PACKAGE:FILE of a Python package, or "include" your own file'
+                raise scope.fail("unknown-part", f'there is no parts file "{file}"', place, self._near(short) or help)
             parts, home = self._load(path, file, place.span)
         if short not in parts:
             places = {f"{file}{slash}{part}": parts.key_spans[part] for part in parts}

@@ -492,7 +492,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
                 if not isinstance(row, list) or len(row) != len(split):
-                    raise inner.fail("wrong-type", f"the loop needs rows of {len(split)} values", Place(at, where.via))
+                    raise inner.fail("wrong-type", f"the loop needs {len(split)} values per item", Place(at, where.via))
                 for name, one in zip(split, row, strict=True):
                     inner.bind(name, one, Place(at, where.via))
                 inner.looped = dict.fromkeys(split, loops.key_spans[names])

@@ -84,7 +84,8 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
             if joint in group_of:
                 low, high = group_of[joint].pulse_range
                 if not low <= pulse <= high:
-                    lowering("pulse-range", f"pulse {pulse} is outside {low} to {high}", path, "correct the pulse")
+                    message = f'pulse {pulse} of joint "{joint}" is outside the range {low} to {high}'
+                    lowering("pulse-range", message, path, 'correct the pulse, or "pulse_range" of the servo group')
                 if joint in positions:
                     lowering("duplicate-name", f'joint "{joint}" has a position and a pulse', path, "remove either one")
                 positions[joint] = group_of[joint].radians(pulse)

@@ -175,7 +175,7 @@ _SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_r
 @rule(
     "range-without-room",
     "A range for a simulation is empty: its first number is not below its second.",
-    "Give the smaller number first, or remove the range.",
+    "Write the smaller number first, or remove the range.",
     SIMULATED,
 )
 def ranges(case: Case) -> Iterator[Diagnostic]:
@@ -183,8 +183,10 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
     for (entry, path, called), key in product(_entries(case), _RANGES):
         for ends, place in ((entry.get(key), path), ((entry.get("mjcf") or {}).get(key), (*path, "mjcf"))):
             if isinstance(ends, list) and len(ends) == 2 and not ends[0] < ends[1]:
-                message = f"the {key} of {called} is empty: it goes from {number(ends[0])} to {number(ends[1])}"
-                help = "write the smaller number first, or remove the range"
+                name = f'"{key}" range' if key == "force" else key
+                message = f"the {name} of {called} is empty: it goes from {number(ends[0])} to {number(ends[1])}"
+                help = f'write the smaller number first in "{key}"'
+                help = help if ends[0] > ends[1] else f'write a maximum above the minimum, or remove "{key}"'
                 yield case.problem("range-without-room", message, (*place, key), help)
 
 

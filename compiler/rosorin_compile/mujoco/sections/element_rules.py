@@ -133,7 +133,8 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         id, word = _RULES.get(kind, "unknown-name"), _WORDS.get(kind, kind)
         message = f'there is no {word} "{name}"'
         known = names.by_kind.get(kind, ()) if is_simulated else case.symbols.names_of_kinds((kind,))
-        help: Help = case.suggest(uses[0].path, name, known, f"use another {word} of the robot")
+        instead = f"use another {word} of the robot" if known else f"define this {word}"
+        help: Help = case.suggest(uses[0].path, name, known, instead)
         if kind == JOINT and name in case.robot.joint:
             joint = case.robot.joint[name]
             parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
@@ -213,7 +214,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
             seen.add((kind, name))
             word = GEOM if kind == GEOM else _WORDS.get(kind, kind)
             message = f'{where} refers to {word} "{name}", which is not in the MJCF'
-            help = case.suggest(path, name, names.by_kind.get(kind, ()), f"use a {word} of the robot")
+            help = case.suggest(path, name, names.by_kind.get(kind, ()), f"use another {word}, or define this one")
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, found.line)
 
 

@@ -203,8 +203,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
         message = f'"footprint" of {node.display_name} is not a polygon: the costmap goes on with robot_radius'
-        help = 'write three points or more: "[[x, y], ...]"'
-        yield error("parameters-wrong-value", message, footprint.span, help)
+        yield error("parameters-wrong-value", message, footprint.span, 'write three points or more: "[[x, y], ...]"')
     prefix = node.setting("frame_prefix")
     if node.kind.name == ROBOT_STATE_PUBLISHER and prefix.value and isinstance(prefix.value, str):
         message = (
@@ -426,7 +425,7 @@ def check_frames(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> I
                 continue
             name, text = f'"{full}" of {node.display_name} is "{setting.value}"{setting.how}', str(setting.value)
             if (value := text.removeprefix("/")) != text and not (node.kind and node.kind.strips_slash):
-                message = f'{name}: tf2 refuses names of frames that begin with "/"'
+                message = f'{name}: tf2 rejects names of frames that begin with "/"'
                 yield error("parameters-frame", message, setting.span, f'write "{text.lstrip("/")}"')
             elif key.frame == BASE:
                 yield from _check_base(case, node, key, name, value, setting, parts)

@@ -140,7 +140,7 @@ def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
             yield Finding("controllers-odometry", message, "", help, NOTE)
     elif mine and edge not in mine:
         message = f"{name} publishes {edge}, but the description has {mine[0]}"
-        yield Finding("parameters-other-edge", message, key, "remove it: frames are taken from the description")
+        yield Finding("parameters-other-edge", message, key, f'remove "{key}": the frames come from the description')
     elif not mine and into is not None:
         message = f"{name} publishes {edge}, but in the description the publisher of {into.parent} -> {child} is "
         yield Finding("parameters-two-owners", message + into.publisher.name, key, 'remove "enable_odom_tf"')

@@ -151,7 +151,7 @@ class _Importer:
 
     def _group(self, element: Element, name: SourceValue) -> None:
         if name.value in self.groups:
-            what, help = f"a second {name_of(element)}", "MoveIt takes the first of this name"
+            what, help = f"a second {name_of(element)}", "MoveIt uses the first of this name"
             self.reading.cannot_carry(what, element.span, help)
             return
         entry: Entry = {}

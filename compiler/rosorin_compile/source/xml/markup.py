@@ -346,7 +346,7 @@ class _Reader:
 
     def doctype(self, *_: object) -> None:
         message = "a document type (<!DOCTYPE>) may declare entities, which are not read"
-        help = "remove the <!DOCTYPE ...>; no reader of robots needs one"
+        help = "remove the <!DOCTYPE ...>, which no robot description needs"
         raise MarkupError(error("xml-doctype", message, self.document.span(self.here(), len("<!DOCTYPE")), help))
 
 
@@ -387,6 +387,7 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
         message = f"{expat.ErrorString(code)}{f' {found[0]}' if found else ''}"
         is_second = kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag
         related = [Related("the root element", document.root.span)] if is_second else []
+        help = "remove it: an XML file has one root element" if is_second else help
     return error(RULE, message, document.span(at, length), help, related)
 
 
@@ -396,9 +397,9 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
         help = "remove it" if letter != "\0" or text[at:].strip("\0 \r\n\t") else "remove it; --lenient ignores it"
         return at, f"the character U+{ord(letter):04X} is not allowed in XML", help
     if comment >= 0 and text.find("-->", comment + 4, at) < 0:
-        return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
+        return at, '"--" is not allowed inside a comment', "write one dash; --lenient accepts it as it is"
     if text[max(0, at - 1) : at] == "&":
         return at - 1, '"&" is not allowed here', _ESCAPES
-    help = _ESCAPES if letter in ("<", "&") else "the > of a tag, or a value in quotes, is missing before"
+    help = _ESCAPES if letter in ("<", "&") else 'a ">" or the quotes of a value are missing before it'
     shown = "a space" if letter.isspace() else f'"{letter}"'
     return at, f"{shown} is not allowed here", help

@@ -43,7 +43,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:
         return html({"robot": data}), []
-    help = 'write "meshes: false" to show none, or "max_megabytes: NUMBER" to allow more'
+    more = '"max_megabytes: NUMBER" to allow more' if " MB of " in str(embedding.left) else "correct the file names"
+    help = f'write "meshes: false" to show none, or {more}'
     message = f"the page does not show {left_out(embedding.left)}"
     return html({"robot": data}), [Diagnostic("page-left-out", WARNING, message, help=help)]
 

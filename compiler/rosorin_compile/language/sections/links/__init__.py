@@ -73,7 +73,8 @@ def lower_shape(
     given: dict[str, Any] = {}
     if kind == "box":
         if ("size" in sizes) == ("min" in sizes):
-            raise LoweringError("shape-kind", 'a box needs either "size", or "min" and "max"', here, "write one")
+            help = 'write "size: [X, Y, Z]", or only the corners "min" and "max"'
+            raise LoweringError("shape-kind", 'a box needs either "size", or "min" and "max"', here, help)
         half = [size / 2 for size in sizes.get("size", ())]
         lower, upper = sizes.get("min", [-size for size in half]), sizes.get("max", half)
         given = {"lower": vector_of(lower), "upper": vector_of(upper)}
@@ -97,8 +98,8 @@ def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError
             yield LoweringError("shape-size", message, (*path, *step), "write a size in metres, or with a unit: 5 cm")
     for index, (low, high) in enumerate(zip(entry.get("min", ()), entry.get("max", ()), strict=True)):
         if not low < high:
-            message = f'{"xyz"[index]} of "max" ({high:g} m) is not above {"xyz"[index]} of "min" ({low:g} m)'
-            yield LoweringError("shape-size", message, (*path, "max", index), "swap or correct the corners")
+            message = f'{"xyz"[index]} of "max" ({high:g} m) is not greater than {"xyz"[index]} of "min" ({low:g} m)'
+            yield LoweringError("shape-size", message, (*path, "max", index), "swap the two values, or correct them")
 
 
 def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) -> None:

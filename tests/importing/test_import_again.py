@@ -213,7 +213,7 @@ def test_without_a_record_nothing_is_written(capsys: pytest.CaptureFixture[str])
         record.unlink() if text is None else record.write_text(text)
         said = refused(capsys, code=2)
         assert "descriptions/cart is not empty; name a new folder with -o, or write into this one with --force" in said
-        assert "(no robot.yaml.imported there says what was imported, so that changes cannot be merged)" in said
+        assert "(no robot.yaml.imported there says what was imported, so changes cannot be merged)" in said
     text = mine("mass: 8", "mass: 9")
     assert run("--force") == 0  # and from then on there is one
     assert ROOT.with_name("robot.yaml.kept").read_text() == text

@@ -29,7 +29,7 @@ REFUSED = {
 # What gets no MJCF, by what import says of it, and why that is right.
 WITHOUT_MJCF = (
     ("MuJoCo refuses the inertia", "moments of inertia that no body has"),
-    (", so that MuJoCo refuses the model", "a link that moves without mass or inertia"),
+    (", so MuJoCo refuses the model", "a link that moves without mass or inertia"),
 )
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"

@@ -338,7 +338,9 @@ class _Search:
                 self._take(inner, inner_file, (), [_relative_to(place, inner_name) for place in copies])
             else:
                 what = f"not there, and {posixpath.basename(one.name)} names it"
-                self._absent(inner, what, "put the file beside the mesh, or export the mesh again", NOTE)
+                is_imported = any(folders for folders, _ in self.sources.values())  # the source lacks the file too
+                severity = NOTE if is_imported else WARNING
+                self._absent(inner, what, "put the file beside the mesh, or export the mesh again", severity)
 
     def _take(self, one: NamedFile, file: Path, opened: Sequence[str], named: Sequence[str]) -> None:
         found = FoundFile(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named)))

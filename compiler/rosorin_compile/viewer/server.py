@@ -57,7 +57,7 @@ _HEADERS = {
 }
 
 
-class Refused(Exception):
+class HttpRefusal(Exception):
     """Raised to refuse a request; the arguments are the HTTP status and the reason."""
 
 
@@ -163,7 +163,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._check_origin()
             answer()
-        except Refused as problem:
+        except HttpRefusal as problem:
             status, why = problem.args
             self._send(f"{why}\n".encode(), _TEXT, status)
 
@@ -176,7 +176,7 @@ class _Handler(BaseHTTPRequestHandler):
         followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # the user followed a link
         if not self.server.is_mine(host) or origin != f"http://{host}" or (foreign and not followed):
             self.close_connection = True
-            raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown only to this machine")
+            raise HttpRefusal(HTTPStatus.FORBIDDEN, "this robot is shown only to this machine")
 
     def _get(self) -> None:
         url, page = urlsplit(self.path), self.server.page
@@ -195,28 +195,28 @@ class _Handler(BaseHTTPRequestHandler):
             try:
                 self._send(files.read_bytes(file), kind)
             except FileNotFoundError:
-                raise Refused(HTTPStatus.NOT_FOUND, "there is no such mesh") from None
+                raise HttpRefusal(HTTPStatus.NOT_FOUND, "there is no such mesh") from None
         else:
-            raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
+            raise HttpRefusal(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
 
     def _post(self) -> None:
         size = self.headers.get("Content-Length", "")
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
             self.close_connection = True  # because the body of the request is not read
-            raise Refused(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
+            raise HttpRefusal(HTTPStatus.BAD_REQUEST, "this is not a question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
-            raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
+            raise HttpRefusal(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
         try:
             state = json.loads(content)
             values = [number for at in state.values() for number in (at if isinstance(at, list) else [at])]
             if not all(type(number) in (int, float) and math.isfinite(number) for number in values):
                 raise ValueError("no position")
         except (ValueError, OverflowError, RecursionError, AttributeError):
-            raise Refused(HTTPStatus.BAD_REQUEST, "these are not positions of joints") from None
+            raise HttpRefusal(HTTPStatus.BAD_REQUEST, "these are not positions of joints") from None
         if self.server.page.touching is None:
-            raise Refused(HTTPStatus.NOT_IMPLEMENTED, "there is no robot yet")
+            raise HttpRefusal(HTTPStatus.NOT_IMPLEMENTED, "there is no robot yet")
         self._json(self.server.page.touching(state))
 
     def _events(self) -> None:
@@ -335,7 +335,7 @@ class LiveRobot:
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:
             if missing := engine.lacking():
-                raise Refused(
+                raise HttpRefusal(
                     HTTPStatus.NOT_IMPLEMENTED, f"{missing} is not installed; {pip_install('physics')} brings it"
                 )
             try:
@@ -344,6 +344,6 @@ class LiveRobot:
                     return [*engine.pairs(positions)]
             except Exception as problem:  # show errors of the collision engine on the page
                 reason = " ".join(str(problem).split())[:200] or type(problem).__name__
-                raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None
+                raise HttpRefusal(HTTPStatus.NOT_IMPLEMENTED, reason) from None
 
         return touching

@@ -111,7 +111,7 @@ def test_a_matrix_is_of_one_robot(capsys: Shown) -> None:
         assert main(["all", "reach"]) == 0
         said = capsys.readouterr().err
         assert said.count("warning[collisions-stale]") == 1
-        assert 'run "rosorin-compile collisions" to compute them again' in said
+        assert 'run "rosorin-compile collisions" to compute the matrix again' in said
         assert stale in said
         assert Path("outputs/reach/reach.srdf").read_text("utf-8").count("<disable_collisions") == len(pairs())
     joint = "base_lidar: {type: fixed, parent: base, child: lidar, xyz: [0.1, 0, 0.2]}"

@@ -208,7 +208,7 @@ def is_relative(name: str) -> bool:
 
 
 def opened_by(output: Output, name: str, kind: str = MESH) -> str:
-    """Return the path at which an artifact opens a file, relative to the output folder, or "" if it does not."""
+    """Return the path, relative to the output folder, at which readers of an artifact open a file, or ""."""
     opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return _relative_to(output.file, opened) if opened else ""

@@ -271,7 +271,7 @@ def _chains(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
-    """Return the value of a name followed by keys, and the place of this value (None without keys)."""
+    """Return the value of a name with keys, such as "wheel" with ".sizes[0]", and the place of the value."""
     place: Place | None = None
     with suppress(EvaluationFailed, KeyError, ExpressionError):
         value = scope.lookup(name)

@@ -139,7 +139,7 @@ _SIMPLE = {
     "maxLength": ("wrong-value", "{where} is longer than {wanted} letters"),
     "minProperties": ("missing-key", "{where} is empty: write one of {keys}"),
     "maxProperties": ("wrong-value", "{where} has more than one key: write one of {keys}"),
-    "const": ("wrong-value", "{where} is {value}, but this tool knows only version {wanted} of the language"),
+    "const": ("wrong-value", "{where} is {value}, but the newest known version is {wanted}: update rosorin-compile"),
     "pattern": ("bad-name", '{where} cannot be "{value}"'),
 }
 

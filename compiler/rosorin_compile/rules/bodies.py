@@ -17,7 +17,7 @@ from .shapes import diagonal, longest
 DENSEST = 22_590.0  # kg/m^3: osmium at 20 degrees (CRC Handbook of Chemistry and Physics)
 LIGHTEST = 1.0  # kg/m^3: air has 1.2, usable aerogels more than 3
 LIGHTEST_INERTIA = 0.05  # kg/m^3: SDF's default inertia (1 kg*m^2 for 1 kg) implies 0.06
-FOAM = 25.0  # kg/m^3: lower densities are probably in g/cm^3, because foam has 20 to 200 kg/m^3 and cork 240
+FOAM = 25.0  # kg/m^3: a lower density is probably meant in g/cm^3 (up to 22.6); only the lightest foams are below it
 ROUGHLY = 1.5  # factor that allows for rounded sizes and for shapes that omit small parts such as a flange
 ROUGH_INERTIA = 2.0  # factor, because densities are computed from differences of moments, which may have one digit
 LESS_THAN_SEEN = 10.0  # factor, because collision shapes may be smaller than the link, such as a sphere under a foot

@@ -51,7 +51,7 @@ class Case:
         return SymbolTable(self.tree)
 
     def mentions(self, *kinds: str) -> Iterator[Symbol]:
-        """Yield the references to names of these kinds ("link", ...), except to names defined within ``moveit``."""
+        """Yield the references to names of ``kinds`` ("link", ...), except to names defined within ``moveit``."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
         for reference in self.symbols.references(kinds):
             if reference.name not in own.get(str(reference.path[0]), {}).get(reference.kind, ()):

@@ -187,6 +187,7 @@ def stand_ins(case: Case) -> Iterator[Diagnostic]:
         by_note.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in by_note.items():
         names = first_of([subject(list(path)) for path in paths], STAND_INS_SHOWN)
-        message = f"stand-in value: {note} ({names})" if note else f"stand-in value without a note ({names})"
+        values = "has a stand-in value" if len(paths) == 1 else "have stand-in values"
+        message = f"{names} {values}: {note}" if note else f"{names} {values} without a note"
         place = (*paths[0], "source", "note" if note else "status")
         yield replace(case.problem("stand-in", message, place), related=(), help="")

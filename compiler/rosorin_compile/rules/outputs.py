@@ -116,7 +116,7 @@ def _outside(file: str) -> str:
     reasons = {
         "has an absolute path": file.startswith("/") or _DRIVE.match(file),
         "has a backslash in its path": "\\" in file,
-        f"is in more than {MAX_FOLDERS} folders": len(parts) > MAX_FOLDERS,
+        f"is nested more than {MAX_FOLDERS} folders deep": len(parts) > MAX_FOLDERS,
         "would be outside the outputs folder": ".." in parts,
         "is not a file name": file != posixpath.normpath(file) or not file.strip() or file == ".",
         "has a path that is not allowed for artifacts": ".git" in file.casefold().split("/") or not file.isprintable(),

@@ -117,7 +117,7 @@ def _has(ends: tuple[float, float] | None, value: float) -> bool:
 
 @rule("zero-beyond-limit", help="Add a pose in which every joint is within its limits.", topic=POSES)
 def zeros(case: Case) -> Iterator[Diagnostic]:
-    """A note: zero, where simulations begin, is outside the limits of a joint, and no pose sets the joint."""
+    """A note: zero, the initial position in simulations, is outside the limits of a joint that no pose sets."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
     joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
     away = [joint for joint in joints if not _has(range_of(joint), 0.0)]
@@ -176,7 +176,7 @@ def groups(case: Case) -> Iterator[Diagnostic]:
 
 @rule("servo-range", help="Write the angle of one pulse in radians, such as `${240*deg / 1000}`.", topic=POSES)
 def scales(case: Case) -> Iterator[Diagnostic]:
-    """A warning: a pulse turns a servo by many degrees, or the pulse range differs widely from the joint limits."""
+    """A warning: one pulse would turn a servo by many degrees, or the pulse range differs widely from joint limits."""
     for group in case.robot.servos:
         joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
         path: Path = ("servos", group.name, "rad_per_pulse")

@@ -70,6 +70,8 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             left = _CLOSES.fullmatch(reason)
             if left and left[1] == _AROUND:  # a child element is not closed
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
+            elif left and left[2] == _AROUND:
+                reason, help = f"</{left[1]}> closes an element that is not open", f"remove </{left[1]}>"
         made = case.problem("bad-xml", f"not an XML element: {reason}", path, help)
         wrong = text.split("\n")[line - 1] if line else ""
         moved = at_name(made, wrong.strip(), line) if wrong.strip() else made

@@ -37,7 +37,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return (SDF of a robot, diagnostics about properties that SDF cannot express).
 
     Options: ``number_format`` (short, exact or six), ``version`` (1.9 to 1.12, by default the oldest that suffices),
-    ``height_maps`` (how to split them into boxes), ``visuals`` (from_collision: also for links without visuals),
+    ``height_maps`` (how to split them into boxes), ``visuals`` (from_collision: draw links without visuals),
     ``gazebo`` (false, harmonic, fortress or classic; by default, sensors have only standard SDF elements).
     """
     writer = _Writer(with_visuals(robot) if output.options.get("visuals") == "from_collision" else robot, output)

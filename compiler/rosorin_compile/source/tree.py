@@ -36,7 +36,7 @@ class Instance(NamedTuple):
 
 
 class Include(Instance):
-    """The include of a file; ``included`` maps the path of each included file to its ``Include``."""
+    """The inclusion of a file; ``included``, shared by all includes, maps the path of each file to its ``Include``."""
 
     included: dict[str, Include]
 

@@ -306,7 +306,7 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield diagnostics about missing masses, unstable damping and sections of a URDF output."""
+    """Report missing masses, unstable damping, and what the sections that write to a URDF output report themselves."""
     others = [one for one in case.robot.outputs if one.backend == output.backend]
     has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)

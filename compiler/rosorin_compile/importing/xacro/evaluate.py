@@ -50,7 +50,7 @@ class Evaluator:
         return ir.symbol_of(self.eval(tree))
 
     def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, ir.Symbol], kind: str = "") -> ir.Symbol:
-        """Build a symbol from ``node``, the translation of ``tree``; ``items`` are the values of subtrees."""
+        """Return a symbol for ``node``, the translation of ``tree``, with an example value computed from ``items``."""
         known = all(map(ir.is_known, items.values()))
         value: Any = ir.UNKNOWN
         if all(one.value is not ir.UNKNOWN for one in items.values()):
@@ -152,7 +152,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return == or != with the constant converted to the type of the variable operand, or None if impossible."""
+        """Return the expression for == or != with a constant of another type, or None if this does not apply."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None

@@ -391,7 +391,7 @@ class Scope:
                     name, where = (xacro[2].split() or ["NAME"])[0], _within(place, text, piece.offset + xacro.start())
                     help = f'declare {name} in "args" and write "${{{name}}}"'
                     help = f"write package://{name}" if xacro[1] == "find" else help
-                    raise self.fail("expression", f'"{xacro[0]}" is xacro syntax, not supported here', where, help)
+                    raise self.fail("expression", f'"{xacro[0]}" is xacro syntax: it has no effect here', where, help)
                 parts.append(piece.text)
                 continue
             if piece.unclosed:

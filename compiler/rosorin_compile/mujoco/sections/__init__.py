@@ -261,8 +261,8 @@ def keys(case: Case) -> Iterator[Diagnostic]:
             values = pose.mjcf.get(word)
             if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
                 expected, count = " or ".join(map(str, sorted(allowed))), count_of(len(values), "number")
-                message = f'pose "{pose.name}" has {count} in "{word}", but the robot needs {expected}'
-                help = "write all values in the order of MuJoCo" if any(allowed) else f'remove "{word}"'
+                message = f'pose "{pose.name}" has {count} in "{word}", but MuJoCo expects {expected}'
+                help = "list one value for each coordinate, in MuJoCo's order" if any(allowed) else f'remove "{word}"'
                 yield case.problem("key-length", message, ("poses", pose.name, "mjcf", word), help, key=True)
 
 

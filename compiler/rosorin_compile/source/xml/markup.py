@@ -195,7 +195,7 @@ class Document:
         self.whole: Span | None = None  # if set, the span of every element, for artifacts without positions
 
     def span(self, start: int, length: int = 1) -> Span:
-        """Convert an offset and length in the source to a ``Span``, which ends at the end of the line at the latest."""
+        """Convert an offset and length in the source to a ``Span``, cut off at the end of the line."""
         if self.whole is not None:
             return self.whole
         if self.origin is not None:
@@ -280,7 +280,7 @@ class _Reader:
     def __init__(self, source: Source) -> None:
         self.document = Document(source)
         self.text = source.text
-        self.data = source.text.encode("utf-8", "surrogatepass")  # expat rejects surrogates
+        self.data = source.text.encode("utf-8", "surrogatepass")  # expat, not encode(), reports surrogates
         self.is_ascii = source.text.isascii()
         self.last = (0, 0)  # offset of the last event, in bytes and in characters
         self.open: Element | None = None

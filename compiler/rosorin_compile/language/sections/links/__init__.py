@@ -68,7 +68,8 @@ def lower_shape(
     kinds = [kind for kind in _GEOMETRIES if kind in entry]
     if len(kinds) != 1:
         message = f"a shape needs exactly one of {', '.join(_GEOMETRIES)}, but this shape has {phrase(kinds) or 'none'}"
-        raise LoweringError("shape-kind", message, path, "write one shape per entry")
+        help = "write one shape per entry" if kinds else 'add a shape, such as "sphere: {radius: 0.1}"'
+        raise LoweringError("shape-kind", message, path, help)
     kind, sizes, here = kinds[0], entry[kinds[0]], (*path, kinds[0])
     given: dict[str, Any] = {}
     if kind == "box":
@@ -122,11 +123,11 @@ def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) 
     elif (len(bottom), len(bottom[0])) != (len(heights), len(heights[0])):
         sizes = [f"{len(rows)} x {len(rows[0])}" for rows in (bottom, heights)]
         message = f'"bottom" has {sizes[0]} cells, but "heights" has {sizes[1]}'
-        help = 'write one bottom for each cell of "heights"'
+        help = 'give "bottom" one number for each cell of "heights", or a single number for all cells'
     elif all(low >= high for rows in zip(bottom, heights, strict=True) for low, high in zip(*rows, strict=True)):
         first = (bottom[0][0], heights[0][0])
         message = "no cell has a bottom below its height (first cell: bottom {:g} m, height {:g} m)".format(*first)
-        help = "correct the bottoms; numbers without a unit are in metres"
+        help = 'correct the values of "bottom"; numbers without a unit are in metres'
     if message:
         raise LoweringError("height-map-rows", message, (*path, "bottom"), help)
 

@@ -310,7 +310,7 @@ def _check_joint(case: Case, block: Block, one: Component, output: Output, is_ca
         yield problem("control-joint", message, path, "remove it from the block")
         return
     if not is_carried:
-        why = "Humble ignores that, newer versions reject the URDF" if humble else "ros2_control rejects the URDF"
+        why = "Humble ignores this, but newer versions reject the URDF" if humble else "ros2_control rejects the URDF"
         severity = WARNING if humble else ERROR
         yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
     if one.mimic and joint.mimic is None:

@@ -350,7 +350,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
         for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
             if entry["rule"] != "owns-world-frame":  # a frame with a prefix is not a world frame
                 names_of = map_items(entry.get("of", Seq(span)), lambda name: prefix + name if name in things else name)
-                accept.put(entry.like({"of": names_of} if "of" in entry else {}), span)
+                accept.put(entry.with_changes({"of": names_of} if "of" in entry else {}), span)
         made["accept"] = accept
     return made, changed
 

@@ -51,17 +51,17 @@ class Refusal(NamedTuple):
     missing: str = ""  # name of the engine if the engine is not installed, or ""
 
 
-_NUMBERS = "short (default): within 1e-12 of the largest in a vector; exact: reads back the same; six: %.6g or %.6f."
+_NUMBERS = "short: error below 1e-12 of the largest component; exact: lossless; six: %.6g or %.6f; default: short."
 NUMBER_FORMAT: Mapping[str, Any] = {"enum": ["short", "exact", "six"], "description": _NUMBERS}
 # Ways to split a height map into boxes, for formats without height maps.
 FORMS_OF_BOXES = ["rows", "merged", "grounded"]
 BOXES_OF_HEIGHT_MAPS = (
-    "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
-    " z = 0 whatever bottom says"
+    "rows: a box for each run of equal heights in a row; merged: boxes of equal height along x and y; grounded: like"
+    " rows, but down to z = 0 regardless of bottom"
 )
-_HEIGHT_MAPS = f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}."
+_HEIGHT_MAPS = f"How to split a height map into boxes; {BOXES_OF_HEIGHT_MAPS}; default: rows."
 HEIGHT_MAPS: Mapping[str, Any] = {"enum": FORMS_OF_BOXES, "description": _HEIGHT_MAPS}
-_VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
+_VISUALS = "from_collision: links without visuals show their collision shapes, with a colour per link."
 VISUALS: Mapping[str, Any] = {"enum": ["from_collision"], "description": _VISUALS}
 
 # Supported ROS 2 distributions. Distributions after Jazzy are treated like Jazzy.

@@ -214,8 +214,8 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 
 
 _NAME = {"$ref": "#/$defs/name"}
-_JOINTS = "The joints to carry, in this order; default all but those of simulations alone."
-_RENAME = {"type": "object", "additionalProperties": _NAME, "description": "Link name: its name in this artifact."}
+_JOINTS = "Joints to write, in this order; default: all except simulation-only joints."
+_RENAME = {"type": "object", "additionalProperties": _NAME, "description": "Link names, mapped to artifact names."}
 FORMAT = Format(
     name="robot_model",
     word="driver's model",
@@ -231,8 +231,8 @@ FORMAT = Format(
     options={
         "joints": {"type": "array", "items": _NAME, "description": _JOINTS},
         "rename": _RENAME,
-        "servos": {**_NAME, "description": "The servo group for pulse_to_rad, where there are several."},
-        "source": {"type": "string", "description": "Text of its key source; default: the note of the robot's source."},
+        "servos": {**_NAME, "description": "Servo group for pulse_to_rad; required if there are several."},
+        "source": {"type": "string", "description": "Value of the key source; default: note of the robot's source."},
     },
     check=check,
     file="robot_model.json",

@@ -197,7 +197,7 @@ def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
 
 
-_DIGITS = "exact: to the last digit; left out: 7 decimals of metres and 8 of radians."
+_DIGITS = "exact: full precision; default: 7 decimals for metres, 8 for radians."
 FORMAT = Format(
     name="static_tf",
     word="launch file of static transforms",

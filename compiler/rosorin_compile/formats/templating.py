@@ -261,7 +261,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return templates.render(name, values), []
 
 
-_TEMPLATE = "A Jinja template in the folder of the description, for an artifact of your own."
+_TEMPLATE = "Jinja template in the folder of the description, for a custom artifact."
 FORMAT = Format(
     name="template",
     word="artifact of a template",
@@ -269,7 +269,7 @@ FORMAT = Format(
     rank=900,
     options={
         "template": {"type": "string", "description": _TEMPLATE},
-        "options": {"type": "object", "description": "Values of your own, reached as output.options.options."},
+        "options": {"type": "object", "description": "Custom values, available as output.options.options."},
     },
     write=write,
 )

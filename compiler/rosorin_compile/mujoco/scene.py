@@ -137,7 +137,7 @@ FORMAT = Format(
     options={
         "of": {
             "type": "string",
-            "description": "The name of the MJCF output that is in the scene; default: the only one.",
+            "description": "MJCF output to include in the scene; default: the only MJCF output.",
         }
     },
     file="scene.xml",

@@ -313,7 +313,7 @@ def _scalar(value: Any) -> str:
 
 def parameter_file(name: str, **more: Any) -> Format:
     """Create the output format for a kind of parameter file; ``more`` are further fields of ``Format``."""
-    about = "The distribution of ROS 2 whose nodes it is for; default jazzy."
+    about = "ROS 2 distribution of the nodes; default: jazzy."
     return Format(
         name=name,
         article="a",

@@ -56,16 +56,16 @@ FORMAT = Format(
         "number_format": format.NUMBER_FORMAT,
         "version": {
             "enum": ["1.9", "1.10", "1.11", "1.12", 1.9, 1.1, 1.11, 1.12],
-            "description": "Version of the format; default: 1.9, or 1.11 if a joint follows another. Fortress reads up"
-            " to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
+            "description": "SDF version; default: 1.9, or 1.11 with mimic joints. Fortress supports up to 1.9,"
+            " Harmonic up to 1.11, Ionic and Drake up to 1.12.",
         },
         "height_maps": format.HEIGHT_MAPS,
         "visuals": format.VISUALS,
         "gazebo": {
             "enum": [True, False, "harmonic", "fortress", "classic"],
-            "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"
-            " messages in its word, which Drake refuses; classic: by its names; false: none. Default: sensors in the"
-            " words of SDF alone.",
+            "description": "Version of Gazebo to write sensors for: true (harmonic), harmonic or fortress, with a"
+            " Gazebo-specific element for the message frame, which Drake rejects; classic; false: no sensors;"
+            " default: sensors in standard SDF only.",
         },
     },
     file="{}.sdf",

@@ -255,7 +255,7 @@ FORMAT = Format(
     options={
         "modes": {
             "type": "array",
-            "description": "The modes that are on, the others are off; default: a tree for every situation.",
+            "description": "Active modes; default: a frame tree for each combination of modes.",
             "items": {"$ref": "#/$defs/name"},
         }
     },

@@ -53,14 +53,14 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
     return table
 
 
-_ELEMENTS = "Which elements of links and joints to carry beside the kinematics; default all."
+_ELEMENTS = "Elements of links and joints to write in addition to the kinematics; default: all."
 _FRAMES = (
-    "published (default): the joints that robot_state_publisher publishes; all: every joint; bodies: every joint that"
-    " moves and every link with a mass, for simulators. Only the first is given to robot_state_publisher."
+    "published: joints that robot_state_publisher publishes; all: all joints; bodies: all moving joints and links with"
+    " mass, for simulators; default: published. Use only published for robot_state_publisher."
 )
-_GAZEBO = "Whether it has the sensors and drives for Gazebo: true or harmonic, fortress, classic; default false."
-_CONTROL = "The distribution of ROS 2 that it has the hardware blocks of control for; default: none."
-_VERSION = "Version of the format; default: 1.0. 1.2 has capsules."
+_GAZEBO = "Gazebo version for sensors and drives: true (harmonic), harmonic, fortress, classic; default: false (none)."
+_CONTROL = "ROS 2 distribution for the hardware blocks in control; default: no hardware blocks."
+_VERSION = "URDF version; 1.2 supports capsules; default: 1.0."
 
 FORMAT = Format(
     name="urdf",

@@ -49,84 +49,84 @@ def _one_of(words: Sequence[str], description: str) -> dict[str, Any]:
     return {"enum": [*words], "description": description}
 
 
-_SOLVERS = {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}
+_SOLVERS = {"": "constraint solver", "ls_": "line search", "noslip_": "noslip solver", "ccd_": "collision solver"}
 _NUMBER, _COUNT, _NUMBERS = {"type": "number"}, {"type": "integer"}, {"type": "array", "items": {"type": "number"}}
 _VECTOR, _SOME = {**_NUMBERS, "minItems": 3, "maxItems": 3}, {**_NUMBERS, "minItems": 1}
 _SWITCH = {"enum": ["enable", "disable"]}
 _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
-    "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
-    "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
-    "jacobian": ({"enum": ["dense", "sparse", "auto"]}, "How the solver keeps its matrices."),
-    "solver": ({"enum": ["PGS", "CG", "Newton"]}, "What solves for the forces of contacts and limits."),
-    "timestep": (_NUMBER, "One step of time in s."),
-    "impratio": (_NUMBER, "How hard friction is against normal forces."),
-    **{f"{of}tolerance": (_NUMBER, f"When {what} is done.") for of, what in _SOLVERS.items()},
-    "density": (_NUMBER, "Density of the air or water around, in kg/m^3."),
-    "viscosity": (_NUMBER, "Viscosity of the air or water around, in Pa*s."),
-    "o_margin": (_NUMBER, "Margin of all contacts in m, where contacts are overridden."),
-    **{f"{of}iterations": (_COUNT, f"Most steps of {what}.") for of, what in {**_SOLVERS, "sdf_": "sdf"}.items()},
-    "sdf_initpoints": (_COUNT, "Where sdf begins, how often."),
-    "gravity": (_VECTOR, "Gravity in m/s^2."),
-    "wind": (_VECTOR, "Speed of the air in m/s."),
-    "magnetic": (_VECTOR, "The magnetic field of the earth."),
-    "sleep_tolerance": (_NUMBER, "Below which speed in m/s or rad/s what is at rest may sleep."),
-    "o_solref": ({**_SOME, "maxItems": 2}, "Stiffness of all contacts, where contacts are overridden."),
-    "o_solimp": ({**_SOME, "maxItems": 5}, "Impedance of all contacts, where contacts are overridden."),
-    "o_friction": ({**_SOME, "maxItems": 5}, "Friction of all contacts, where contacts are overridden."),
-    "actuatorgroupdisable": ({"type": "array", "items": _COUNT}, "The groups of actuators that are switched off."),
-    "flag": ({"type": "object", "additionalProperties": _SWITCH}, "What is computed, and what not."),
+    "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "Numerical integrator."),
+    "cone": ({"enum": ["pyramidal", "elliptic"]}, "Type of friction cone."),
+    "jacobian": ({"enum": ["dense", "sparse", "auto"]}, "Storage of the constraint Jacobian."),
+    "solver": ({"enum": ["PGS", "CG", "Newton"]}, "Constraint solver."),
+    "timestep": (_NUMBER, "Time step in s."),
+    "impratio": (_NUMBER, "Ratio of frictional to normal constraint impedance."),
+    **{f"{of}tolerance": (_NUMBER, f"Tolerance of the {what}.") for of, what in _SOLVERS.items()},
+    "density": (_NUMBER, "Density of the surrounding medium in kg/m^3."),
+    "viscosity": (_NUMBER, "Viscosity of the surrounding medium in Pa*s."),
+    "o_margin": (_NUMBER, "Margin of all contacts in m, if the flag override is enabled."),
+    **{f"{of}iterations": (_COUNT, f"Maximum iterations: {what}.") for of, what in {**_SOLVERS, "sdf_": "SDF"}.items()},
+    "sdf_initpoints": (_COUNT, "Number of initial points for SDF collisions."),
+    "gravity": (_VECTOR, "Gravitational acceleration in m/s^2."),
+    "wind": (_VECTOR, "Velocity of the surrounding medium in m/s."),
+    "magnetic": (_VECTOR, "Global magnetic field, for magnetometers."),
+    "sleep_tolerance": (_NUMBER, "Velocity in m/s or rad/s below which bodies may sleep."),
+    "o_solref": ({**_SOME, "maxItems": 2}, "Parameter solref of all contacts, if the flag override is enabled."),
+    "o_solimp": ({**_SOME, "maxItems": 5}, "Parameter solimp of all contacts, if the flag override is enabled."),
+    "o_friction": ({**_SOME, "maxItems": 5}, "Friction of all contacts, if the flag override is enabled."),
+    "actuatorgroupdisable": ({"type": "array", "items": _COUNT}, "Actuator groups to disable."),
+    "flag": ({"type": "object", "additionalProperties": _SWITCH}, "Features of the simulation to enable or disable."),
 }
 SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
 """The attributes of MuJoCo's <option> (in SI units) that a description can set, as a JSON schema."""
 
 _NAMES = {"type": "array", "items": {"type": "string"}}
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
-_VISUAL = {**_GROUP, "description": "That of visuals; default 2."}
-_COLLISION = {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."}
+_VISUAL = {**_GROUP, "description": "Group of visual geoms; default: 2."}
+_COLLISION = {**_GROUP, "description": "Group of collision geoms; default: 3, or 0 for a robot without visuals."}
 _OPTIONS = {
     "number_format": format.NUMBER_FORMAT,
-    "base": _one_of(("fixed", "free"), "Whether the root link is held or free to move. Default: free with a drive."),
+    "base": _one_of(("fixed", "free"), "Type of base; default: free if the robot has a drive, otherwise fixed."),
     "option": {
         "type": "object",
-        "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator implicitfast;"
-        " for what is free or drives also cone elliptic, and on rollers or feet impratio 100.",
+        "description": "Attributes of MuJoCo's <option>, in SI units; default: integrator implicitfast; with a floating"
+        " base or a drive also cone elliptic, and with rollers or feet impratio 100.",
         "properties": SETTINGS,
         "additionalProperties": False,
     },
     "visuals": _one_of(
         ("own", "from_collision"),
-        "What is seen of links without visuals: nothing (own), or their collision shapes, in one colour a link."
-        " Default: from_collision, if no link has a visual.",
+        "Visuals of links that have none; own: no visuals; from_collision: the collision shapes, with a colour per"
+        " link; default: from_collision if no link has a visual, otherwise own.",
     ),
     "mesh_inertia": _one_of(
         ("convex", "exact", "legacy", "shell"),
-        "How MuJoCo computes the volume of meshes that do not define it; default: shell, which may be thin or open.",
+        "How MuJoCo computes mesh inertia, if a mesh does not set it; default: shell, also for thin or open meshes.",
     ),
     "height_maps": _one_of(
         (*format.FORMS_OF_BOXES, "hfield"),
-        f"What height maps are; default: merged. Boxes: {format.BOXES_OF_HEIGHT_MAPS}; hfield: a height field, which"
-        " does not collide with planes.",
+        f"Geoms of a height map; {format.BOXES_OF_HEIGHT_MAPS}; hfield: a height field, which does not collide with"
+        " planes; default: merged.",
     ),
     "contacts": _one_of(
         ("implied", "described"),
-        "Which links do not touch: neighbours at a joint, those that always touch and disabled_contacts (implied, the"
-        " default), or disabled_contacts alone (described).",
+        "Link pairs without contacts; implied: links that share a joint, links that always touch, and"
+        " disabled_contacts; described: only disabled_contacts; default: implied.",
     ),
     "groups": {
         "type": "object",
-        "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
+        "description": "Geom groups, which viewers can show and hide.",
         "properties": {"visual": _VISUAL, "collision": _COLLISION},
         "additionalProperties": False,
     },
-    "actuators": {**_NAMES, "description": "The order of the actuators, by name; default: that of their joints."},
+    "actuators": {**_NAMES, "description": "Order of the actuators, by name; default: the order of their joints."},
     "sensors": {
         **_NAMES,
-        "description": "The order of the sensors, by name; default: those of `sensors`, then those of `mjcf`.",
+        "description": "Order of the sensors, by name; default: entries of `sensors`, then of `mjcf`.",
     },
     "drives": _one_of(
         ("position", "velocity", "none"),
-        "Servos for joints that no actuator moves, with gains from what they carry: for the position of joints with"
-        " limits and the speed of others (position), or for all speeds (velocity). Default: none.",
+        "Servos for joints without actuators, with gains estimated from the load; position: position servos for joints"
+        " with limits and velocity servos for others; velocity: velocity servos for all; default: none.",
     ),
 }
 _NO_JOINT = Unsupported("bodies that are fixed to each other need no joint", quiet=True)

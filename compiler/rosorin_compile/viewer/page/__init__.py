@@ -129,11 +129,11 @@ FORMAT = Format(
         *("edges.when", "publishers.node"),
     ),
     options={
-        "meshes": {"type": "boolean", "description": "Whether the meshes are in the page; default true."},
+        "meshes": {"type": "boolean", "description": "true: embed the meshes in the page; default: true."},
         "max_megabytes": {
             "type": "number",
             "exclusiveMinimum": 0,
-            "description": f"How much all meshes of the page may have together; default {MAX_MEGABYTES}.",
+            "description": f"Maximum total size of the embedded meshes in MB; default: {MAX_MEGABYTES}.",
         },
     },
     file="{}.html",

@@ -26,7 +26,8 @@ from typing import Any
 ENDINGS = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
 TOOL = Path(sys.executable).parent / "rosorin-compile"
 SECONDS = 300  # of the clock, for one file
-KEPT = re.compile(r"(\d+) of (\d+) (macro|argument)s? kept")
+KEPT = re.compile(r"(\d+) of (\d+) (macro)s? kept")
+ARGUMENTS = re.compile(r"arguments? (kept|replaced by (?:its|their) values?): (.*)")
 
 
 def main() -> None:
@@ -70,6 +71,9 @@ def run_import(path: Path) -> dict[str, Any]:
             report = (answer["result"] or {}).get("report", ())
             for kept, of, what in (found.groups() for line in report for found in KEPT.finditer(line)):
                 row["kept"][what] = [int(kept), int(of)]
+            for how, names in (found.groups() for line in report for found in ARGUMENTS.finditer(line)):
+                count, kept = len(re.split(", | and ", names)), row["kept"].setdefault("argument", [0, 0])
+                row["kept"]["argument"] = [kept[0] + count * (how == "kept"), kept[1] + count]
             errors = [one["rule"] for one in answer["diagnostics"] if one["severity"] == "error"]
             row["end"] = f"refused: {errors[0]}" if errors else "imported" if done.returncode == 0 else "crash"
         except (ValueError, subprocess.TimeoutExpired) as problem:

@@ -177,7 +177,7 @@ def test_pictures_and_launch_files_have_the_edges_of_the_search(description):
     robot = model(description)
     for states in every_state():
         shown = frame_trees(robot, states)[0]
-        drawn = {(row.parent, row.child) for row in shown.edges if row.published}
+        drawn = {(row.parent, row.child) for row in shown.edges if row.is_published}
         now = {(parent, child) for parent, child, owner in running(description, states) if owner != "nobody"}
         assert drawn == now
 

@@ -269,7 +269,7 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms to ``found``, by names such as "laser", "laser below mast" (a second parent), "laser when on"."""
+    """Add transforms to ``found``; names are "laser", "laser below mast" (a second parent) or "laser when MODE"."""
     parents: dict[str, str] = {}
     for edge in edges:
         first = parents.setdefault(edge.child, edge.parent)

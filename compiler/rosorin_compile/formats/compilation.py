@@ -104,7 +104,7 @@ class CompileResult:
         return [found.folder for found in self.resolved if found.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
-        return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
+        return f"<CompileResult {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class ReadResult:
     tree: Map | None = None
 
     def __repr__(self) -> str:
-        return f"<Reading {self.robot!r}, {_counted(self.diagnostics)}>"
+        return f"<ReadResult {self.robot!r}, {_counted(self.diagnostics)}>"
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

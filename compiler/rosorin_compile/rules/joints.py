@@ -212,7 +212,8 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         keys = ("lower", "upper", "effort", "velocity") if is_bounded else ("effort", "velocity")
         if missing := [key for key in keys if getattr(limit, key) is None]:
             id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
-            message = f"the limit of {called} lacks {phrase(missing)}, which URDF parsers require"
+            effect = "require" if id == "limit-incomplete" else "require or take as 0"
+            message = f"the limit of {called} lacks {phrase(missing)}, which URDF parsers {effect}"
             yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)
         lower, upper = limit.lower, limit.upper
         if joint.type == "continuous":

@@ -269,7 +269,7 @@ def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
             yield f'a visual of link "{link.name}"', path, (*path, "material"), material
 
 
-@rule("material-twice", help="Rename one of them: a material name is valid in the entire URDF.", topic=NUMBERS)
+@rule("material-twice", help="Rename one of them: a URDF cannot have two materials with the same name.", topic=NUMBERS)
 def definitions(case: Case) -> Iterator[Diagnostic]:
     """A material is defined twice with different colours or textures, in `materials` or in visuals."""
     first: dict[str, tuple[Path, Material]] = {}

@@ -229,9 +229,10 @@ class Joints:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[SourceValue] | None] | None:
-        """Return (axis in the joint frame, numbers in the file or None if converted), or None after an error.
+        """Return (axis in the joint frame, its numbers in the file), or None after an error.
 
-        Up to SDF 1.6, an axis is in the model frame if use_parent_model_frame is true, the default up to SDF 1.4.
+        The numbers are None if there are none, or if they are in another frame. Up to SDF 1.6, an axis is in the model
+        frame if use_parent_model_frame is true, the default up to SDF 1.4.
         """
         xyz = None if axis is None else self.reading.single(axis, "xyz")
         numbers = None if xyz is None else self.reading.all_of(xyz, 3)

@@ -64,7 +64,7 @@ def test_the_robot_is_the_same(name: str) -> None:
 
 def driven(joint: Joint) -> tuple[object, float]:
     """Return what drives a joint, and all its damping: an MJCF of ours has that of the drive in that of the joint."""
-    return joint.actuator and replace(joint.actuator, damping=0.0), joint.braking
+    return joint.actuator and replace(joint.actuator, damping=0.0), joint.total_damping
 
 
 def test_our_own_mjcf_comes_back() -> None:

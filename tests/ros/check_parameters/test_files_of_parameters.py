@@ -37,7 +37,7 @@ def test_nodes_have_full_names_and_keys_with_dots() -> None:
 
 def test_what_a_launch_file_puts_in_has_no_type() -> None:
     values = parsed(FILE)[2].parameters
-    assert [key for key, one in values.items() if one.substituted] == ["path", "mixed"]
+    assert [key for key, one in values.items() if one.has_substitution] == ["path", "mixed"]
 
 
 @pytest.mark.parametrize(("text", "wanted"), CASES["values_are_those_of_rcl"])

@@ -28,7 +28,7 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 def _asked(tree: Map, version: str, name: str) -> OutputEntry:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
-    entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # the import can set options
+    entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # keep options of the import
     has_capsules = any("capsule" in shape for shape in shapes)
     entry |= {"version": "1.2"} if has_capsules or version == "1.2" else {}
     remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, they are cylinders"

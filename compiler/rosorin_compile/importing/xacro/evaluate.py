@@ -152,7 +152,7 @@ class Evaluator:
         return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[ir.Symbol], operator: ast.cmpop) -> ast.expr | None:
-        """Return the expression for == or != with a constant of another type, or None if this does not apply."""
+        """Simplify ``flag == 1`` to ``flag``, and similar comparisons with a constant; return None for all others."""
         constants = [one for one in items if one.known and not any(ir.variables_in([one.node]))]
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
             return None

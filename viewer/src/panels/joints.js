@@ -66,10 +66,11 @@ class Mover {
       const value = Number(number.value) / UNITS[this.app.units][kind][1];
       const held = limited ? Math.min(Math.max(value, low), high) : value;
       this.#moved(index, held);
+      this.fit();
       this.note.textContent = held === value ? "" : `the limit is ${plain(held, UNITS[this.app.units][kind])}`;
     });
     const label = name === "position" ? null : element("small", { class: "coordinate" }, name);
-    return { kind, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
+    return { kind, low, high, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
   }
 
   #moved(index, value) {
@@ -85,6 +86,17 @@ class Mover {
     return this.joint.type === "planar" ? [...this.values] : this.values[0];
   }
 
+  /** Make each box wide enough for its value and its range; a drag of the slider does not change the width. */
+  fit() {
+    for (const { kind, low, high, number, unit } of this.sliders) {
+      const [word, factor, digits] = UNITS[this.app.units][kind];
+      const texts = [number.value, ...[low, high].map((value) => (value * factor).toFixed(digits))];
+      number.style.width = `${Math.max(...texts.map((text) => text.length + 4), 8)}ch`;
+      const { servo } = this.joint;
+      if (servo) unit.style.width = `${word.length + String(servo.range[1]).length + 4}ch`;
+    }
+  }
+
   /** Show where the joint is. */
   show(state) {
     const at = state[this.joint.name] ?? zero(this.joint);
@@ -97,7 +109,6 @@ class Mover {
       const [word, factor, digits] = UNITS[this.app.units][kind];
       range.value = this.values[index];
       number.value = Number((this.values[index] * factor).toFixed(digits));
-      number.style.width = `${Math.max(String(number.value).length + 4, 8)}ch`; // the whole number is to be seen
       const servo = pulse(this.joint.servo, this.values[index]);
       unit.textContent = servo === null ? word : `${word} · ${servo}`;
       if (servo !== null) unit.title = "servo pulse";
@@ -151,5 +162,6 @@ export class Joints {
   /** Show where joints are: those of these names, or all. */
   show(names = null) {
     for (const mover of this.movers) if (!names || names.has(mover.joint.name)) mover.show(this.app.state);
+    if (!names) for (const mover of this.movers) mover.fit();
   }
 }

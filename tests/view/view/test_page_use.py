@@ -106,8 +106,8 @@ def test_a_pose_is_copied_as_yaml(browser: Browser, small: str, home: Path) -> N
     browser.enter("[data-joint=turn] input[type=number]", "45")
     browser.click("#copy-pose")
     text = browser.evaluate("window.copied")
-    assert text == "poses:\n  new_pose:\n    positions:\n      turn: 0.785398163 rad\n"
-    (home / "posed.yaml").write_text(ROBOT + text)
+    assert text == "  new_pose:\n    positions:\n      turn: 0.785398163 rad\n"
+    (home / "posed.yaml").write_text(f"{ROBOT}poses:\n{text}")
     assert main(["picture", "posed.yaml", "--pose", "new_pose", "-o", "posed.png", "--size", "64x64"]) == 0
 
 

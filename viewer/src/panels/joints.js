@@ -141,22 +141,20 @@ export class Joints {
     );
     const switches = robot.modes.map((mode) => toggle(mode, app.modes[mode], (on) => app.switchMode(mode, on), { id: `mode-${mode}` }));
     this.root.replaceChildren(
-      section("Poses", element("div", { class: "buttons" }, ...buttons), element("div", { class: "buttons" }, element("button", { id: "copy-pose", title: "as an entry of poses in YAML", onclick: (event) => copy(this.yaml(), event.currentTarget) }, "copy this pose as YAML"))),
+      section("Poses", element("div", { class: "buttons" }, ...buttons), element("div", { class: "buttons" }, element("button", { id: "copy-pose", title: "paste it below poses:", onclick: (event) => copy(this.yaml(), event.currentTarget) }, "copy this pose as YAML"))),
       ...(switches.length ? [section("Modes", ...switches)] : []),
       section("Joints", ...(this.movers.length ? this.movers.map((one) => one.root) : [element("p", { class: "quiet" }, "nothing moves")])),
     );
     this.show();
   }
 
-  /** Return the pose of now as it is written in a description; joints at zero are left out. */
+  /** Return the current pose as an entry of `poses:`; joints at zero are left out. */
   yaml() {
-    const positions = this.movers.flatMap(({ joint, position }) => {
-      const unit = joint.type === "prismatic" ? "m" : "rad";
-      const rounded = [position].flat().map((value) => Number(value.toPrecision(9)));
-      if (rounded.every((value, index) => value === [zero(joint)].flat()[index])) return [];
-      return [`      ${key(joint.name)}: ${Array.isArray(position) ? `[${rounded.join(", ")}]` : `${rounded[0]} ${unit}`}`];
-    });
-    return `poses:\n  new_pose:\n    positions:${positions.length ? `\n${positions.join("\n")}` : " {}"}\n`;
+    const moved = this.movers.filter(({ joint, position }) => [position].flat().some((value, index) => Number(value.toPrecision(9)) !== [zero(joint)].flat()[index]));
+    const several = moved.filter(({ position }) => Array.isArray(position)).map(({ joint }) => joint.name);
+    const positions = moved.filter(({ position }) => !Array.isArray(position)).map(({ joint, position }) => `      ${key(joint.name)}: ${Number(position.toPrecision(9))} ${joint.type === "prismatic" ? "m" : "rad"}`);
+    const comment = several.length ? `    # a pose cannot hold the position of ${several.join(", ")}\n` : "";
+    return `  new_pose:\n${comment}    positions:${positions.length ? `\n${positions.join("\n")}` : " {}"}\n`;
   }
 
   /** Show where joints are: those of these names, or all. */

@@ -49,7 +49,7 @@ class Mover {
     const enter = () => app.hoverJoint(joint);
     const name = element("div", { class: "name", title: "double click: back to zero", onclick: () => app.select(joint.child) }, joint.name);
     this.note = element("small", { class: "note", role: "status" });
-    const reset = () => app.move({ [joint.name]: zero(joint) });
+    const reset = ({ target }) => target.matches("input[type=number]") || app.move({ [joint.name]: zero(joint) }); // there, a double click selects the digits
     this.root = element("div", { class: "joint", "data-joint": joint.name, onmouseenter: enter, onmouseleave: leave, ondblclick: reset }, name, ...this.sliders.map((one) => one.row), this.note);
   }
 

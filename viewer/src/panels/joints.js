@@ -63,18 +63,18 @@ class Mover {
     const unit = element("small", {});
     range.addEventListener("input", () => this.#moved(index, Number(range.value)));
     number.addEventListener("change", () => {
-      const value = Number(number.value) / UNITS[this.app.units][kind][1];
-      const held = limited ? Math.min(Math.max(value, low), high) : value;
+      const measure = UNITS[this.app.units][kind];
+      const value = number.value === "" ? this.values[index] : Number(number.value) / measure[1]; // "": empty, or not a number
+      const held = limited && number.value !== "" ? Math.min(Math.max(value, low), high) : value;
       this.#moved(index, held);
       this.fit();
-      this.note.textContent = held === value ? "" : `the limit is ${plain(held, UNITS[this.app.units][kind])}`;
+      if (plain(held, measure) !== plain(value, measure)) this.note.textContent = `the limit is ${plain(held, measure)}`;
     });
     const label = name === "position" ? null : element("small", { class: "coordinate" }, name);
     return { kind, low, high, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
   }
 
   #moved(index, value) {
-    this.note.textContent = "";
     this.values[index] = value;
     this.app.move({ [this.joint.name]: this.position });
   }
@@ -114,8 +114,10 @@ class Mover {
       if (servo !== null) unit.title = "servo pulse";
     });
     const { lower, upper } = this.joint.limit ?? {};
-    const beyond = this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9;
-    this.root.classList.toggle("beyond", coordinates(this.joint).length === 1 && beyond);
+    const beyond = this.sliders.length === 1 && (this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9);
+    this.root.classList.toggle("beyond", beyond);
+    const unit = UNITS[this.app.units][this.sliders[0].kind];
+    this.note.textContent = beyond ? `beyond its limits, ${plain(lower, unit)} to ${plain(upper, unit)}` : "";
   }
 }
 

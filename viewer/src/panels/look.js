@@ -52,7 +52,8 @@ export class Look {
 
 /** Keys of the keyboard, by what they do. */
 export function onKey(app, event) {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=number], input[type=search], select")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=search]")) return;
+  if (event.key !== "/" && event.target.matches?.("input[type=number], select")) return;
   const layer = Object.entries(LAYERS).find(([, [, key]]) => key === event.key);
   const view = Object.keys(VIEWS)[Number(event.key) - 1];
   if (layer) app.show({ [layer[0]]: !app.shown[layer[0]] });

@@ -93,7 +93,7 @@ class Mover {
       const texts = [number.value, ...[low, high].map((value) => (value * factor).toFixed(digits))];
       number.style.width = `${Math.max(...texts.map((text) => text.length + 4), 8)}ch`;
       const { servo } = this.joint;
-      if (servo) unit.style.width = `${word.length + String(servo.range[1]).length + 4}ch`;
+      if (servo) unit.style.width = `${word.length + String(servo.range[1]).length + 6}ch`;
     }
   }
 
@@ -110,8 +110,7 @@ class Mover {
       range.value = this.values[index];
       number.value = Number((this.values[index] * factor).toFixed(digits));
       const servo = pulse(this.joint.servo, this.values[index]);
-      unit.textContent = servo === null ? word : `${word} · ${servo}`;
-      if (servo !== null) unit.title = "servo pulse";
+      unit.textContent = servo === null ? word : `${word} · pulse ${servo}`;
     });
     const { lower, upper } = this.joint.limit ?? {};
     const beyond = this.sliders.length === 1 && (this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9);

@@ -8,7 +8,6 @@ export function situationFor(robot, modes) {
   return robot.situations.find((situation) => situation.modes.some(fits)) ?? robot.situations[0] ?? null;
 }
 
-const DEEPEST = 9; // levels that are indented: below, frames would leave the panel
 const ROLLERS = 3; // links that turn freely on one link, from which on they are folded under it
 
 /** Return the edges of all frames: those of a situation, and the joints of links that are in none, as of simulations. */
@@ -85,7 +84,7 @@ export class Tree {
     const title = edge ? `${edge.parent} → ${edge.child}\n${by}` : name;
     return element(
       "li",
-      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${Math.min(depth, DEEPEST)}` },
+      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${depth}` },
       element("i", { class: unfolds ? "twist" : "twist none", "aria-hidden": "true" }),
       dot(colour),
       element("span", {}, ...breakable(name)),
@@ -128,13 +127,17 @@ export class Tree {
     this.list.classList.toggle("found", Boolean(wanted)); // without the levels of the tree
     const closed = [];
     const shown = [];
-    this.nodes?.forEach(({ name, row, above, text }, index) => {
+    let deepest = 1;
+    this.nodes?.forEach(({ name, row, above, depth, text }, index) => {
       const inside = above >= 0 && closed[above];
       closed[index] = inside || this.folded.has(name);
       const hidden = wanted ? !text.includes(wanted) : Boolean(inside);
       row.hidden = hidden;
-      if (!hidden) shown.push(row);
+      if (hidden) return;
+      shown.push(row);
+      deepest = Math.max(deepest, depth);
     });
+    this.list.style.setProperty("--deepest", deepest);
     this.list.replaceChildren(...shown); // thousands of hidden rows would cost time at each change
     focused?.focus();
   }

@@ -23,6 +23,7 @@ const REMEMBER = 150; // ms after a change until the address has it
 const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
+const ROOM = 300 + 240; // pixels for the right panel and the picture
 const LAYERS = ["visual", "collision", "sensors", "masses"];
 const PANELS = { tree: Tree, joints: Joints, look: Look };
 
@@ -89,14 +90,16 @@ export class App {
     );
     if (NARROW.matches) root.classList.add("no-left", "no-right");
     this.widen(WIDTHS[2]);
+    window.addEventListener("resize", () => this.widen(this.requestedWidth));
     this.grip.addEventListener("pointerdown", (event) => this.grip.setPointerCapture(event.pointerId));
     this.grip.addEventListener("pointermove", (event) => this.grip.hasPointerCapture(event.pointerId) && this.widen(event.clientX));
     this.grip.addEventListener("keydown", ({ key }) => this.widen(this.wide + ({ ArrowLeft: -20, ArrowRight: 20 }[key] ?? 0)));
   }
 
-  /** Make the panel of the tree so wide (pixels). */
+  /** Make the panel of the tree so wide (pixels), as far as the window has room; it grows again with the window. */
   widen(pixels) {
-    this.wide = Math.round(Math.min(Math.max(pixels, WIDTHS[0]), WIDTHS[1], 0.6 * window.innerWidth));
+    this.requestedWidth = pixels;
+    this.wide = Math.round(Math.max(Math.min(pixels, WIDTHS[1], window.innerWidth - ROOM), WIDTHS[0]));
     this.root.style.setProperty("--left", `${this.wide}px`);
     this.grip.setAttribute("aria-valuenow", this.wide);
   }

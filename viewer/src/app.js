@@ -72,7 +72,7 @@ export class App {
   #layout(root) {
     this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
     this.labels = element("div", { class: "labels" });
-    this.noPicture = element("p", { class: "nopicture", role: "status" }, "There is no picture, because this browser has no WebGL 2; the tree, the numbers and the messages are complete.");
+    this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true }, "There is no picture, because this browser has no WebGL 2 or cannot start it; the tree, the numbers and the messages are complete.");
     this.grip = element("div", { class: "grip", role: "separator", tabindex: "0", "aria-orientation": "vertical", "aria-label": "width of the tree", "aria-valuemin": WIDTHS[0], "aria-valuemax": WIDTHS[1] });
     this.title = element("h1", {});
     this.status = element("small", { class: "status" });

@@ -10,7 +10,7 @@ import { Card } from "./panels/card.js";
 import { Problem, Warnings } from "./panels/banner.js";
 import { Changes } from "./panels/changes.js";
 import { Joints } from "./panels/joints.js";
-import { Look, onKey } from "./panels/look.js";
+import { Look, PAGE_THEMES, onKey } from "./panels/look.js";
 import { Tree, situationFor } from "./panels/tree.js";
 import { RobotView } from "./robot_view.js";
 import { Stage } from "./stage.js";
@@ -25,6 +25,7 @@ const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // 
 const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
 const ROOM = 300 + 240; // pixels for the right panel and the picture
 const LAYERS = ["visual", "collision", "sensors", "masses"];
+const LAYERS_AT_FIRST = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
 const PANELS = { tree: Tree, joints: Joints, look: Look };
 
 /** Return in words how many parts touch others. */
@@ -39,9 +40,18 @@ function joined(state) {
   return Object.entries(state).filter(([, at]) => [at].flat().some(Boolean)).map(([name, at]) => `${encodeURIComponent(name)}:${[at].flat().map(number).join(" ")}`).join(",");
 }
 
+/** Return a decoded part of the address, or the part itself if its percent signs are no code. */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
+}
+
 function positionsOf(text) {
   const parts = text.split(",").filter((part) => part.includes(":")).map((part) => part.split(":"));
-  const numbers = parts.map(([name, at]) => [decodeURIComponent(name), at.split(" ").map(Number)]);
+  const numbers = parts.map(([name, at]) => [decoded(name), at.split(" ").map(Number)]);
   return numbers.filter(([, at]) => at.every(Number.isFinite)).map(([name, at]) => [name, at.length === 1 ? at[0] : at]);
 }
 
@@ -55,7 +65,7 @@ export class App {
     this.state = {};
     this.units = "mm, deg";
     this.theme = "auto";
-    this.shown = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
+    this.shown = { ...LAYERS_AT_FIRST };
     this.#layout(root);
     this.stage = new Stage(this.canvas);
     this.noPicture.hidden = Boolean(this.stage.renderer);
@@ -158,14 +168,14 @@ export class App {
     this.from = asked.get("from") ?? "iso";
     this.asked = asked.get("change");
     const settings = {};
-    if (asked.has("theme")) settings.theme = asked.get("theme");
-    if (asked.get("units") in UNITS) settings.units = asked.get("units");
+    if (Object.hasOwn(PAGE_THEMES, asked.get("theme"))) settings.theme = asked.get("theme");
+    if (Object.hasOwn(UNITS, asked.get("units"))) settings.units = asked.get("units");
+    const named = (key) => (asked.get(key) ?? "").split(",").filter(Boolean);
+    this.modes = Object.fromEntries(this.robot.modes.map((mode) => [mode, this.modes[mode] || named("modes").includes(mode)]));
     this.use(settings);
     if (asked.get("panels") === "off") this.root.classList.add("no-left", "no-right");
-    const named = (key) => (asked.get(key) ?? "").split(",").filter(Boolean);
     const layers = Object.fromEntries(named("show").map((name) => [name, true]));
     for (const layer of asked.has("layers") ? LAYERS : []) layers[layer] = named("layers").includes(layer);
-    this.modes = Object.fromEntries(this.robot.modes.map((mode) => [mode, this.modes[mode] || named("modes").includes(mode)]));
     this.show({ ...layers, ...(asked.has("frames") ? { frames: asked.get("frames") } : {}) });
     if (pose) this.take(pose);
     const moved = positionsOf(asked.get("joints") ?? "").filter(([name]) => this.kinematics.byName.has(name));
@@ -173,6 +183,15 @@ export class App {
     this.lookFrom(this.from);
     this.begun = true;
     if (asked.has("select")) this.select(asked.get("select"));
+  }
+
+  /** Show what a new address of the same page holds, as if the page had been opened with it. */
+  #beginAgain() {
+    Object.assign(this, { modes: {}, units: "mm, deg", theme: "auto" });
+    this.show({ ...LAYERS_AT_FIRST, visual: this.view.hasVisuals, collision: !this.view.hasVisuals });
+    this.take({ positions: {} });
+    this.select("");
+    this.#begin();
   }
 
   /** Return the address of this page as it is now: joints, what is chosen, layers, modes, units and theme. */
@@ -405,6 +424,7 @@ export class App {
     this.canvas.addEventListener("pointermove", (event) => {
       if (this.robot && !event.buttons) this.hover(pieceAt(event)?.link ?? "");
     });
+    window.addEventListener("hashchange", () => this.robot && this.#beginAgain());
     window.addEventListener("keydown", (event) => this.robot && onKey(this, event));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#colours());
   }

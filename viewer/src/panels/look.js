@@ -10,6 +10,7 @@ const LAYERS = {
   sensors: ["what sensors see", "s"],
   masses: ["masses and inertia", "m"],
 };
+export const PAGE_THEMES = { auto: "as the system", light: "light", dark: "dark" };
 const FRAMES = { none: "no frames", published: "published frames", all: "all frames", chosen: "the chosen frame" };
 
 function choice(label, options, value, onchange) {
@@ -36,11 +37,10 @@ export class Look {
     );
     const old = app.before && toggle("the robot before", app.shown.before, (on) => app.show({ before: on }), { id: "show-before", title: "key b" });
     const units = Object.fromEntries(Object.keys(UNITS).map((name) => [name, name]));
-    const themes = { auto: "as the system", light: "light", dark: "dark" };
     this.root.replaceChildren(
       section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames })), this.touching),
       section("Look from", element("div", { class: "buttons" }, ...views)),
-      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", themes, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
+      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", PAGE_THEMES, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
     );
   }
 

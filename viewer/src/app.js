@@ -362,7 +362,8 @@ export class App {
     if (this.places.has(name)) box.union(this.view.boundsOf(name));
     this.select(this.places.has(name) || this.edgeTo(name) ? name : "");
     if (box.isEmpty()) return; // only another node knows where it is
-    box.expandByScalar(0.08 * this.size);
+    const isPoint = box.min.equals(box.max); // a frame without shapes is seen among what is near it
+    box.expandByScalar((isPoint ? 0.3 : 0.08) * this.size);
     this.stage.look(box);
   }
 

@@ -29,9 +29,11 @@ export class Look {
 
   draw() {
     const { app } = this;
-    const layers = Object.entries(LAYERS).map(([name, [label, key]]) =>
-      toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title: `key ${key}` }),
-    );
+    const layers = Object.entries(LAYERS).map(([name, [label, key]]) => {
+      const disabled = name === "sensors" && !app.robot.sensors.length;
+      const title = disabled ? "this robot has no sensors" : `key ${key}`;
+      return toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title, disabled });
+    });
     const views = Object.keys(VIEWS).map((view, index) =>
       element("button", { onclick: () => app.lookFrom(view), title: `key ${index + 1}`, "data-view": view }, view),
     );

@@ -40,7 +40,8 @@ export class Tree {
     this.search = element("input", { type: "search", placeholder: "find a frame ( / )", "aria-label": "find a frame", oninput: () => this.filter(), onkeydown: (event) => event.key === "Enter" && this.#first() });
     const over = (event) => this.app.hover(event.target.closest?.(".row")?.dataset.frame ?? "");
     this.list = element("ul", { class: "tree", role: "tree", "aria-label": "frames", onkeydown: (event) => this.#key(event), onclick: (event) => this.#click(event), onmouseover: over, onmouseleave: () => this.app.hover("") });
-    this.root = element("div", { class: "pane" }, this.search, this.list);
+    this.nothing = element("p", { class: "quiet", role: "status", hidden: true }, "no frame or joint has this name");
+    this.root = element("div", { class: "pane" }, this.search, this.list, this.nothing);
     this.folded = null;
   }
 
@@ -67,7 +68,7 @@ export class Tree {
       const next = again ? [] : (below.get(name) ?? []);
       const row = this.#row(name, edge, depth, next.length > 0);
       if (!again) this.rows.set(name, row);
-      this.nodes.push({ name, row, above, depth, text: `${name} ${edge?.kind ?? ""}`.toLowerCase() });
+      this.nodes.push({ name, row, above, depth, text: `${name} ${edge?.joint ?? ""} ${edge?.kind ?? ""}`.toLowerCase() });
       const here = this.nodes.length - 1;
       waiting.push(...next.map((one) => [one.child, one, here]).reverse());
     }
@@ -120,7 +121,7 @@ export class Tree {
     this.filter();
   }
 
-  /** Show only frames whose names hold what is searched for; without a search, those that are not folded. */
+  /** Show only frames that match the search by their name, joint or joint type; without a search, those that are not folded. */
   filter() {
     const focused = this.list.contains(document.activeElement) ? document.activeElement : null;
     const wanted = this.search.value.trim().toLowerCase();
@@ -137,6 +138,7 @@ export class Tree {
       shown.push(row);
       deepest = Math.max(deepest, depth);
     });
+    this.nothing.hidden = !wanted || shown.length > 0;
     this.list.style.setProperty("--deepest", deepest);
     this.list.replaceChildren(...shown); // thousands of hidden rows would cost time at each change
     focused?.focus();

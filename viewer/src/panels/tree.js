@@ -82,7 +82,8 @@ export class Tree {
   #row(name, edge, depth, unfolds) {
     const colour = edge?.published ? this.app.robot.publishers[edge.publisher] : "transparent";
     const by = edge?.published ? `published by ${edge.publisher} on ${edge.topic}` : `published by nobody${edge?.why ? `: ${edge.why}` : ""}`;
-    const title = edge ? `${edge.parent} → ${edge.child}\n${by}` : name;
+    const joint = [edge?.joint, edge?.kind].filter(Boolean).join(", ");
+    const title = edge ? [`${edge.parent} → ${edge.child}`, joint, by].filter(Boolean).join("\n") : name;
     return element(
       "li",
       { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${depth}` },

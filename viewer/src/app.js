@@ -10,7 +10,7 @@ import { Card } from "./panels/card.js";
 import { Problem, Warnings } from "./panels/banner.js";
 import { Changes } from "./panels/changes.js";
 import { Joints } from "./panels/joints.js";
-import { Look, onKey } from "./panels/look.js";
+import { Look, PAGE_THEMES, onKey } from "./panels/look.js";
 import { Tree, situationFor } from "./panels/tree.js";
 import { RobotView } from "./robot_view.js";
 import { Stage } from "./stage.js";
@@ -23,7 +23,9 @@ const REMEMBER = 150; // ms after a change until the address has it
 const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
+const ROOM = 300 + 240; // pixels for the right panel and the picture
 const LAYERS = ["visual", "collision", "sensors", "masses"];
+const LAYERS_AT_FIRST = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
 const PANELS = { tree: Tree, joints: Joints, look: Look };
 
 /** Return in words how many parts touch others. */
@@ -38,9 +40,18 @@ function joined(state) {
   return Object.entries(state).filter(([, at]) => [at].flat().some(Boolean)).map(([name, at]) => `${encodeURIComponent(name)}:${[at].flat().map(number).join(" ")}`).join(",");
 }
 
+/** Return a decoded part of the address, or the part itself if its percent signs are no code. */
+function decoded(text) {
+  try {
+    return decodeURIComponent(text);
+  } catch {
+    return text;
+  }
+}
+
 function positionsOf(text) {
   const parts = text.split(",").filter((part) => part.includes(":")).map((part) => part.split(":"));
-  const numbers = parts.map(([name, at]) => [decodeURIComponent(name), at.split(" ").map(Number)]);
+  const numbers = parts.map(([name, at]) => [decoded(name), at.split(" ").map(Number)]);
   return numbers.filter(([, at]) => at.every(Number.isFinite)).map(([name, at]) => [name, at.length === 1 ? at[0] : at]);
 }
 
@@ -54,7 +65,7 @@ export class App {
     this.state = {};
     this.units = "mm, deg";
     this.theme = "auto";
-    this.shown = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
+    this.shown = { ...LAYERS_AT_FIRST };
     this.#layout(root);
     this.stage = new Stage(this.canvas);
     this.noPicture.hidden = Boolean(this.stage.renderer);
@@ -71,7 +82,7 @@ export class App {
   #layout(root) {
     this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
     this.labels = element("div", { class: "labels" });
-    this.noPicture = element("p", { class: "nopicture", role: "status" }, "There is no picture, because this browser has no WebGL 2; the tree, the numbers and the messages are complete.");
+    this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true }, "There is no picture, because this browser has no WebGL 2 or cannot start it; the tree, the numbers and the messages are complete.");
     this.grip = element("div", { class: "grip", role: "separator", tabindex: "0", "aria-orientation": "vertical", "aria-label": "width of the tree", "aria-valuemin": WIDTHS[0], "aria-valuemax": WIDTHS[1] });
     this.title = element("h1", {});
     this.status = element("small", { class: "status" });
@@ -89,14 +100,16 @@ export class App {
     );
     if (NARROW.matches) root.classList.add("no-left", "no-right");
     this.widen(WIDTHS[2]);
+    window.addEventListener("resize", () => this.widen(this.requestedWidth));
     this.grip.addEventListener("pointerdown", (event) => this.grip.setPointerCapture(event.pointerId));
     this.grip.addEventListener("pointermove", (event) => this.grip.hasPointerCapture(event.pointerId) && this.widen(event.clientX));
     this.grip.addEventListener("keydown", ({ key }) => this.widen(this.wide + ({ ArrowLeft: -20, ArrowRight: 20 }[key] ?? 0)));
   }
 
-  /** Make the panel of the tree so wide (pixels). */
+  /** Make the panel of the tree so wide (pixels), as far as the window has room; it grows again with the window. */
   widen(pixels) {
-    this.wide = Math.round(Math.min(Math.max(pixels, WIDTHS[0]), WIDTHS[1], 0.6 * window.innerWidth));
+    this.requestedWidth = pixels;
+    this.wide = Math.round(Math.max(Math.min(pixels, WIDTHS[1], window.innerWidth - ROOM), WIDTHS[0]));
     this.root.style.setProperty("--left", `${this.wide}px`);
     this.grip.setAttribute("aria-valuenow", this.wide);
   }
@@ -155,14 +168,14 @@ export class App {
     this.from = asked.get("from") ?? "iso";
     this.asked = asked.get("change");
     const settings = {};
-    if (asked.has("theme")) settings.theme = asked.get("theme");
-    if (asked.get("units") in UNITS) settings.units = asked.get("units");
+    if (Object.hasOwn(PAGE_THEMES, asked.get("theme"))) settings.theme = asked.get("theme");
+    if (Object.hasOwn(UNITS, asked.get("units"))) settings.units = asked.get("units");
+    const named = (key) => (asked.get(key) ?? "").split(",").filter(Boolean);
+    this.modes = Object.fromEntries(this.robot.modes.map((mode) => [mode, this.modes[mode] || named("modes").includes(mode)]));
     this.use(settings);
     if (asked.get("panels") === "off") this.root.classList.add("no-left", "no-right");
-    const named = (key) => (asked.get(key) ?? "").split(",").filter(Boolean);
     const layers = Object.fromEntries(named("show").map((name) => [name, true]));
     for (const layer of asked.has("layers") ? LAYERS : []) layers[layer] = named("layers").includes(layer);
-    this.modes = Object.fromEntries(this.robot.modes.map((mode) => [mode, this.modes[mode] || named("modes").includes(mode)]));
     this.show({ ...layers, ...(asked.has("frames") ? { frames: asked.get("frames") } : {}) });
     if (pose) this.take(pose);
     const moved = positionsOf(asked.get("joints") ?? "").filter(([name]) => this.kinematics.byName.has(name));
@@ -170,6 +183,15 @@ export class App {
     this.lookFrom(this.from);
     this.begun = true;
     if (asked.has("select")) this.select(asked.get("select"));
+  }
+
+  /** Show what a new address of the same page holds, as if the page had been opened with it. */
+  #beginAgain() {
+    Object.assign(this, { modes: {}, units: "mm, deg", theme: "auto" });
+    this.show({ ...LAYERS_AT_FIRST, visual: this.view.hasVisuals, collision: !this.view.hasVisuals });
+    this.take({ positions: {} });
+    this.select("");
+    this.#begin();
   }
 
   /** Return the address of this page as it is now: joints, what is chosen, layers, modes, units and theme. */
@@ -340,7 +362,8 @@ export class App {
     if (this.places.has(name)) box.union(this.view.boundsOf(name));
     this.select(this.places.has(name) || this.edgeTo(name) ? name : "");
     if (box.isEmpty()) return; // only another node knows where it is
-    box.expandByScalar(0.08 * this.size);
+    const isPoint = box.min.equals(box.max); // a frame without shapes is seen among what is near it
+    box.expandByScalar((isPoint ? 0.3 : 0.08) * this.size);
     this.stage.look(box);
   }
 
@@ -402,6 +425,7 @@ export class App {
     this.canvas.addEventListener("pointermove", (event) => {
       if (this.robot && !event.buttons) this.hover(pieceAt(event)?.link ?? "");
     });
+    window.addEventListener("hashchange", () => this.robot && this.#beginAgain());
     window.addEventListener("keydown", (event) => this.robot && onKey(this, event));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#colours());
   }

@@ -16,8 +16,8 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 /** Return a labelled checkbox that tells what it is switched to. */
-export function toggle(label, checked, onchange, { id, title, swatch } = {}) {
-  const box = element("input", { type: "checkbox", checked, id, onchange: () => onchange(box.checked) });
+export function toggle(label, checked, onchange, { id, title, swatch, disabled } = {}) {
+  const box = element("input", { type: "checkbox", checked, id, disabled, onchange: () => onchange(box.checked) });
   return element("label", { class: "toggle", title }, box, swatch && dot(swatch), element("span", {}, label));
 }
 

@@ -48,10 +48,15 @@ function floor() {
   return mesh;
 }
 
-/** Return what draws on a canvas; null for a browser without WebGL 2. */
+/** Return a renderer for a canvas, or null if the browser has no WebGL 2 or cannot start it. */
 function rendererFor(canvas) {
   if (!document.createElement("canvas").getContext("webgl2")) return null;
-  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  let renderer;
+  try {
+    renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  } catch {
+    return null;
+  }
   renderer.shadowMap.enabled = true;
   renderer.shadowMap.type = THREE.PCFShadowMap;
   renderer.shadowMap.autoUpdate = false; // a camera that moves changes no shadow

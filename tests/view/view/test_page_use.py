@@ -93,6 +93,15 @@ def test_a_number_is_held_at_its_limit_and_reset(browser: Browser, small: str) -
     assert browser.evaluate(note) == "the limit is 100 deg"
     browser.enter(box, "-12.25")
     assert (browser.evaluate(note), browser.evaluate(f"document.querySelector('{box}').value")) == ("", "-12.25")
+    browser.click(box, 2)
+    browser.ask("press", key="Backspace")
+    browser.ask("press", key="Enter")
+    assert browser.evaluate(f"document.querySelector('{box}').value") == "-12.25", "a double click, an empty box"
+    widths = set()
+    for value in (0.0, 1.2345, -0.5):
+        browser.slide("turn", value)
+        widths.add(browser.evaluate("document.querySelector('[data-joint=turn] input[type=range]').offsetWidth"))
+    assert len(widths) == 1, "the slider stays as it is while it is dragged"
     for units in ("m, rad", "mm, deg"):
         browser.evaluate(f"app.use({{units: '{units}'}})")
         assert browser.evaluate(f"((one) => one.scrollWidth <= one.clientWidth)(document.querySelector('{box}'))")
@@ -106,8 +115,8 @@ def test_a_pose_is_copied_as_yaml(browser: Browser, small: str, home: Path) -> N
     browser.enter("[data-joint=turn] input[type=number]", "45")
     browser.click("#copy-pose")
     text = browser.evaluate("window.copied")
-    assert text == "poses:\n  new_pose:\n    positions:\n      turn: 0.785398163 rad\n"
-    (home / "posed.yaml").write_text(ROBOT + text)
+    assert text == "  new_pose:\n    positions:\n      turn: 0.785398163 rad\n"
+    (home / "posed.yaml").write_text(f"{ROBOT}poses:\n{text}")
     assert main(["picture", "posed.yaml", "--pose", "new_pose", "-o", "posed.png", "--size", "64x64"]) == 0
 
 
@@ -143,6 +152,15 @@ def check_address(browser: Browser, url: str) -> None:
     assert after[0].pop("joint2") == pytest.approx(before[0].pop("joint2"), abs=1e-6)
     assert after == before
     assert (before[1], before[3], before[4]) == ("laser", "m, rad", "dark")
+
+
+def test_another_address_is_followed_and_a_wrong_one_is_ignored(browser: Browser, small: str) -> None:
+    browser.open(f"{small}#theme=foo&joints=a%25b:1")
+    browser.evaluate("window.location.hash = 'joints=turn:0.5&theme=dark'")
+    browser.wait("app.state.turn === 0.5 && app.theme === 'dark'")
+    browser.evaluate("window.location.hash = 'select=arm'")
+    browser.wait("app.selected === 'arm' && !app.state.turn && app.theme === 'auto'")
+    assert browser.ask("kept")["complaints"] == []
 
 
 def test_where_this_comes_from_leads_to_the_lines(browser: Browser, rosorin: str, home: Path) -> None:

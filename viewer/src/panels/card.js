@@ -44,6 +44,7 @@ export function laidOut(lines, folder) {
     if (!line.trim()) table = null;
     else if (cells.length > 1) {
       if (!table) made.push((table = element("table", {})));
+      if (Number.isFinite(Number(cells[0]))) cells.unshift(""); // more values of the row above
       table.append(element("tr", {}, element("th", {}, cells[0]), ...cells.slice(1).map((text) => element("td", {}, ...cell(text, folder)))));
     } else {
       table = null;

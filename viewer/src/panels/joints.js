@@ -49,7 +49,7 @@ class Mover {
     const enter = () => app.hoverJoint(joint);
     const name = element("div", { class: "name", title: "double click: back to zero", onclick: () => app.select(joint.child) }, joint.name);
     this.note = element("small", { class: "note", role: "status" });
-    const reset = () => app.move({ [joint.name]: zero(joint) });
+    const reset = ({ target }) => target.matches("input[type=number]") || app.move({ [joint.name]: zero(joint) }); // there, a double click selects the digits
     this.root = element("div", { class: "joint", "data-joint": joint.name, onmouseenter: enter, onmouseleave: leave, ondblclick: reset }, name, ...this.sliders.map((one) => one.row), this.note);
   }
 
@@ -63,17 +63,18 @@ class Mover {
     const unit = element("small", {});
     range.addEventListener("input", () => this.#moved(index, Number(range.value)));
     number.addEventListener("change", () => {
-      const value = Number(number.value) / UNITS[this.app.units][kind][1];
-      const held = limited ? Math.min(Math.max(value, low), high) : value;
+      const measure = UNITS[this.app.units][kind];
+      const value = number.value === "" ? this.values[index] : Number(number.value) / measure[1]; // "": empty, or not a number
+      const held = limited && number.value !== "" ? Math.min(Math.max(value, low), high) : value;
       this.#moved(index, held);
-      this.note.textContent = held === value ? "" : `the limit is ${plain(held, UNITS[this.app.units][kind])}`;
+      this.fit();
+      if (plain(held, measure) !== plain(value, measure)) this.note.textContent = `the limit is ${plain(held, measure)}`;
     });
     const label = name === "position" ? null : element("small", { class: "coordinate" }, name);
-    return { kind, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
+    return { kind, low, high, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
   }
 
   #moved(index, value) {
-    this.note.textContent = "";
     this.values[index] = value;
     this.app.move({ [this.joint.name]: this.position });
   }
@@ -83,6 +84,17 @@ class Mover {
     if (this.joint.type === "floating") return [...this.values.slice(0, 3), ...turned(this.values.slice(3))];
     if (this.joint.type === "ball") return turned(this.values);
     return this.joint.type === "planar" ? [...this.values] : this.values[0];
+  }
+
+  /** Make each box wide enough for its value and its range; a drag of the slider does not change the width. */
+  fit() {
+    for (const { kind, low, high, number, unit } of this.sliders) {
+      const [word, factor, digits] = UNITS[this.app.units][kind];
+      const texts = [number.value, ...[low, high].map((value) => (value * factor).toFixed(digits))];
+      number.style.width = `${Math.max(...texts.map((text) => text.length + 4), 8)}ch`;
+      const { servo } = this.joint;
+      if (servo) unit.style.width = `${word.length + String(servo.range[1]).length + 6}ch`;
+    }
   }
 
   /** Show where the joint is. */
@@ -97,14 +109,14 @@ class Mover {
       const [word, factor, digits] = UNITS[this.app.units][kind];
       range.value = this.values[index];
       number.value = Number((this.values[index] * factor).toFixed(digits));
-      number.style.width = `${Math.max(String(number.value).length + 4, 8)}ch`; // the whole number is to be seen
       const servo = pulse(this.joint.servo, this.values[index]);
-      unit.textContent = servo === null ? word : `${word} · ${servo}`;
-      if (servo !== null) unit.title = "servo pulse";
+      unit.textContent = servo === null ? word : `${word} · pulse ${servo}`;
     });
     const { lower, upper } = this.joint.limit ?? {};
-    const beyond = this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9;
-    this.root.classList.toggle("beyond", coordinates(this.joint).length === 1 && beyond);
+    const beyond = this.sliders.length === 1 && (this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9);
+    this.root.classList.toggle("beyond", beyond);
+    const unit = UNITS[this.app.units][this.sliders[0].kind];
+    this.note.textContent = beyond ? `beyond its limits, ${plain(lower, unit)} to ${plain(upper, unit)}` : "";
   }
 }
 
@@ -130,26 +142,25 @@ export class Joints {
     );
     const switches = robot.modes.map((mode) => toggle(mode, app.modes[mode], (on) => app.switchMode(mode, on), { id: `mode-${mode}` }));
     this.root.replaceChildren(
-      section("Poses", element("div", { class: "buttons" }, ...buttons), element("div", { class: "buttons" }, element("button", { id: "copy-pose", title: "as an entry of poses in YAML", onclick: (event) => copy(this.yaml(), event.currentTarget) }, "copy this pose as YAML"))),
+      section("Poses", element("div", { class: "buttons" }, ...buttons), element("div", { class: "buttons" }, element("button", { id: "copy-pose", title: "paste it below poses:", onclick: (event) => copy(this.yaml(), event.currentTarget) }, "copy this pose as YAML"))),
       ...(switches.length ? [section("Modes", ...switches)] : []),
       section("Joints", ...(this.movers.length ? this.movers.map((one) => one.root) : [element("p", { class: "quiet" }, "nothing moves")])),
     );
     this.show();
   }
 
-  /** Return the pose of now as it is written in a description; joints at zero are left out. */
+  /** Return the current pose as an entry of `poses:`; joints at zero are left out. */
   yaml() {
-    const positions = this.movers.flatMap(({ joint, position }) => {
-      const unit = joint.type === "prismatic" ? "m" : "rad";
-      const rounded = [position].flat().map((value) => Number(value.toPrecision(9)));
-      if (rounded.every((value, index) => value === [zero(joint)].flat()[index])) return [];
-      return [`      ${key(joint.name)}: ${Array.isArray(position) ? `[${rounded.join(", ")}]` : `${rounded[0]} ${unit}`}`];
-    });
-    return `poses:\n  new_pose:\n    positions:${positions.length ? `\n${positions.join("\n")}` : " {}"}\n`;
+    const moved = this.movers.filter(({ joint, position }) => [position].flat().some((value, index) => Number(value.toPrecision(9)) !== [zero(joint)].flat()[index]));
+    const several = moved.filter(({ position }) => Array.isArray(position)).map(({ joint }) => joint.name);
+    const positions = moved.filter(({ position }) => !Array.isArray(position)).map(({ joint, position }) => `      ${key(joint.name)}: ${Number(position.toPrecision(9))} ${joint.type === "prismatic" ? "m" : "rad"}`);
+    const comment = several.length ? `    # a pose cannot hold the position of ${several.join(", ")}\n` : "";
+    return `  new_pose:\n${comment}    positions:${positions.length ? `\n${positions.join("\n")}` : " {}"}\n`;
   }
 
   /** Show where joints are: those of these names, or all. */
   show(names = null) {
     for (const mover of this.movers) if (!names || names.has(mover.joint.name)) mover.show(this.app.state);
+    if (!names) for (const mover of this.movers) mover.fit();
   }
 }

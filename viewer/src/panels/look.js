@@ -10,6 +10,7 @@ const LAYERS = {
   sensors: ["what sensors see", "s"],
   masses: ["masses and inertia", "m"],
 };
+export const PAGE_THEMES = { auto: "as the system", light: "light", dark: "dark" };
 const FRAMES = { none: "no frames", published: "published frames", all: "all frames", chosen: "the chosen frame" };
 
 function choice(label, options, value, onchange) {
@@ -28,19 +29,20 @@ export class Look {
 
   draw() {
     const { app } = this;
-    const layers = Object.entries(LAYERS).map(([name, [label, key]]) =>
-      toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title: `key ${key}` }),
-    );
+    const layers = Object.entries(LAYERS).map(([name, [label, key]]) => {
+      const disabled = name === "sensors" && !app.robot.sensors.length;
+      const title = disabled ? "this robot has no sensors" : `key ${key}`;
+      return toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title, disabled });
+    });
     const views = Object.keys(VIEWS).map((view, index) =>
       element("button", { onclick: () => app.lookFrom(view), title: `key ${index + 1}`, "data-view": view }, view),
     );
     const old = app.before && toggle("the robot before", app.shown.before, (on) => app.show({ before: on }), { id: "show-before", title: "key b" });
     const units = Object.fromEntries(Object.keys(UNITS).map((name) => [name, name]));
-    const themes = { auto: "as the system", light: "light", dark: "dark" };
     this.root.replaceChildren(
       section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames })), this.touching),
       section("Look from", element("div", { class: "buttons" }, ...views)),
-      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", themes, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
+      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", PAGE_THEMES, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
     );
   }
 
@@ -52,7 +54,8 @@ export class Look {
 
 /** Keys of the keyboard, by what they do. */
 export function onKey(app, event) {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=number], input[type=search], select")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=search]")) return;
+  if (event.key !== "/" && event.target.matches?.("input[type=number], select")) return;
   const layer = Object.entries(LAYERS).find(([, [, key]]) => key === event.key);
   const view = Object.keys(VIEWS)[Number(event.key) - 1];
   if (layer) app.show({ [layer[0]]: !app.shown[layer[0]] });

@@ -8,7 +8,6 @@ export function situationFor(robot, modes) {
   return robot.situations.find((situation) => situation.modes.some(fits)) ?? robot.situations[0] ?? null;
 }
 
-const DEEPEST = 9; // levels that are indented: below, frames would leave the panel
 const ROLLERS = 3; // links that turn freely on one link, from which on they are folded under it
 
 /** Return the edges of all frames: those of a situation, and the joints of links that are in none, as of simulations. */
@@ -41,7 +40,8 @@ export class Tree {
     this.search = element("input", { type: "search", placeholder: "find a frame ( / )", "aria-label": "find a frame", oninput: () => this.filter(), onkeydown: (event) => event.key === "Enter" && this.#first() });
     const over = (event) => this.app.hover(event.target.closest?.(".row")?.dataset.frame ?? "");
     this.list = element("ul", { class: "tree", role: "tree", "aria-label": "frames", onkeydown: (event) => this.#key(event), onclick: (event) => this.#click(event), onmouseover: over, onmouseleave: () => this.app.hover("") });
-    this.root = element("div", { class: "pane" }, this.search, this.list);
+    this.nothing = element("p", { class: "quiet", role: "status", hidden: true }, "no frame or joint has this name");
+    this.root = element("div", { class: "pane" }, this.search, this.list, this.nothing);
     this.folded = null;
   }
 
@@ -68,7 +68,7 @@ export class Tree {
       const next = again ? [] : (below.get(name) ?? []);
       const row = this.#row(name, edge, depth, next.length > 0);
       if (!again) this.rows.set(name, row);
-      this.nodes.push({ name, row, above, depth, text: `${name} ${edge?.kind ?? ""}`.toLowerCase() });
+      this.nodes.push({ name, row, above, depth, text: `${name} ${edge?.joint ?? ""} ${edge?.kind ?? ""}`.toLowerCase() });
       const here = this.nodes.length - 1;
       waiting.push(...next.map((one) => [one.child, one, here]).reverse());
     }
@@ -82,10 +82,11 @@ export class Tree {
   #row(name, edge, depth, unfolds) {
     const colour = edge?.published ? this.app.robot.publishers[edge.publisher] : "transparent";
     const by = edge?.published ? `published by ${edge.publisher} on ${edge.topic}` : `published by nobody${edge?.why ? `: ${edge.why}` : ""}`;
-    const title = edge ? `${edge.parent} → ${edge.child}\n${by}` : name;
+    const joint = [edge?.joint, edge?.kind].filter(Boolean).join(", ");
+    const title = edge ? [`${edge.parent} → ${edge.child}`, joint, by].filter(Boolean).join("\n") : name;
     return element(
       "li",
-      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${Math.min(depth, DEEPEST)}` },
+      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${depth}` },
       element("i", { class: unfolds ? "twist" : "twist none", "aria-hidden": "true" }),
       dot(colour),
       element("span", {}, ...breakable(name)),
@@ -121,20 +122,25 @@ export class Tree {
     this.filter();
   }
 
-  /** Show only frames whose names hold what is searched for; without a search, those that are not folded. */
+  /** Show only frames that match the search by their name, joint or joint type; without a search, those that are not folded. */
   filter() {
     const focused = this.list.contains(document.activeElement) ? document.activeElement : null;
     const wanted = this.search.value.trim().toLowerCase();
     this.list.classList.toggle("found", Boolean(wanted)); // without the levels of the tree
     const closed = [];
     const shown = [];
-    this.nodes?.forEach(({ name, row, above, text }, index) => {
+    let deepest = 1;
+    this.nodes?.forEach(({ name, row, above, depth, text }, index) => {
       const inside = above >= 0 && closed[above];
       closed[index] = inside || this.folded.has(name);
       const hidden = wanted ? !text.includes(wanted) : Boolean(inside);
       row.hidden = hidden;
-      if (!hidden) shown.push(row);
+      if (hidden) return;
+      shown.push(row);
+      deepest = Math.max(deepest, depth);
     });
+    this.nothing.hidden = !wanted || shown.length > 0;
+    this.list.style.setProperty("--deepest", deepest);
     this.list.replaceChildren(...shown); // thousands of hidden rows would cost time at each change
     focused?.focus();
   }

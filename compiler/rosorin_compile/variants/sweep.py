@@ -91,7 +91,7 @@ def sweep(
 class WrittenVariants:
     """The result of ``write_sweep``: the number of variants by status; `sweep.json` lists the variants.
 
-    If the sweep stopped before the last variant, ``complete`` is False and ``diagnostics`` has the reason, besides
+    If the sweep stopped before the last variant, ``complete`` is False and ``diagnostics`` has the reason and
     the errors of the first variants. All errors are in `sweep.json`.
     """
 

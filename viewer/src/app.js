@@ -63,6 +63,7 @@ export class App {
     this.touching = new Set();
     this.modes = {};
     this.state = {};
+    this.questions = 0; // how often the server was asked which parts touch
     this.units = "mm, deg";
     this.theme = "auto";
     this.shown = { ...LAYERS_AT_FIRST };
@@ -270,7 +271,10 @@ export class App {
   }
 
   async #touch() {
+    clearTimeout(this.asking);
+    const question = ++this.questions;
     const pairs = await touching(this.state);
+    if (question !== this.questions) return; // a newer question is on its way
     this.touching = new Set(Array.isArray(pairs) ? pairs.flat() : []);
     this.touchingSaid = Array.isArray(pairs) ? said(pairs) : pairs;
     this.panels.look.tell();

@@ -269,7 +269,10 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms to ``found``; names are "laser", "laser below mast" (a second parent) or "laser when MODE"."""
+    """Add transforms to ``found`` by child frame, such as "laser"; another parent is added as "laser below mast".
+
+    A condition is appended to the name, as in "laser when MODE".
+    """
     parents: dict[str, str] = {}
     for edge in edges:
         first = parents.setdefault(edge.child, edge.parent)

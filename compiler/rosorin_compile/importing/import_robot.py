@@ -234,7 +234,7 @@ def _read(
 ) -> tuple[ImportedRobot, list[Diagnostic]]:
     imported = read_robot(source, reading)
     if reading.arguments and not imported.takes_arguments and imported.tree is not None:
-        raise RequestError(f"{source} takes no arguments: only a xacro does")
+        raise RequestError(f"{source} takes no arguments: only xacro files do")
     for format, path in companions.items():
         imported = join(imported, format, path, reading)
     found = imported.diagnostics

@@ -155,7 +155,7 @@ def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
 
 def takes_no_arguments(path: Path) -> Diagnostic:
     """Return the error for passing arguments to a file that cannot have any, such as a URDF."""
-    message = f"{path.name} has no arguments: only a description and a xacro have them"
+    message = f"{path.name} takes no arguments: only descriptions and xacro files do"
     return error("unknown-argument", message, None, NO_ARGUMENTS)
 
 

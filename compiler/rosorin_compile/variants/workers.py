@@ -163,7 +163,7 @@ def from_json(found: Mapping[str, Any], variants: str) -> Diagnostic:
 
 
 def plain(value: Any, typed: bool = False) -> Any:
-    """Convert an argument to JSON data; ``5 cm`` becomes "5 cm". ``typed`` adds the Python type of each value."""
+    """Convert an argument to JSON data; a quantity becomes its text ("5 cm"). ``typed`` adds the type of each value."""
     made = value
     if isinstance(value, dict):
         made = {str(key): plain(item, typed) for key, item in value.items()}

@@ -166,12 +166,12 @@ class IncludedRobots:
         if foreign.tree is None or foreign.takes_arguments:
             return None if foreign.tree is None else foreign
         if "macro" in entry:
-            message = f"{path.name} defines no macros: only a xacro does"
+            message = f"{path.name} defines no macros: only xacro files do"
             help = 'remove "macro" to include the file as a robot'
             scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
         elif texts:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
-            message = f"{path.name} has no arguments: only a xacro has them"
+            message = f"{path.name} takes no arguments: only xacro files do"
             scope.report("unknown-argument", message, place, 'remove "args"')
         return None if "macro" in entry or texts else foreign
 

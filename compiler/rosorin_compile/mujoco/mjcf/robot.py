@@ -223,7 +223,7 @@ def _keep_named(state: ImportState, section: str, index: int, node: convert.Node
 
 
 def _keep_of_scene(state: ImportState, kind: str, name: str) -> None:
-    """Keep as XML a site or geom of the world that the robot refers to, unless it is imported."""
+    """If the robot refers to a site or geom of the world that is not imported, keep it as XML."""
     for index, thing in enumerate(state.facts[f"{kind}s"] if kind in ("site", "geom") else ()):
         is_left = not state.ground or (kind == "geom" and is_scene(thing))
         if is_left and thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in state.of_scene:

@@ -269,9 +269,10 @@ def _publisher(publisher: Publisher) -> dict[str, Any]:
 
 
 def _edges(edges: Iterable[Edge], found: Leaves) -> None:
-    """Add transforms to ``found`` by child frame, such as "laser"; another parent is added as "laser below mast".
+    """Add transforms to ``found``, keyed by child frame, such as "laser".
 
-    A condition is appended to the name, as in "laser when MODE".
+    If a frame has several parents, the keys of the others are like "laser below mast". A condition is appended, as in
+    "laser when MODE".
     """
     parents: dict[str, str] = {}
     for edge in edges:

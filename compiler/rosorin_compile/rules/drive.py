@@ -41,7 +41,7 @@ def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]
 
 @rule("drive-joint", help="Name the joint of a wheel: a continuous joint without `mimic`.", topic=JOINTS)
 def joints(case: Case) -> Iterator[Diagnostic]:
-    """A joint in `drive` is named twice, is a mimic joint or does not rotate. Limits of wheel joints are a warning."""
+    """A joint in `drive` is named twice, is a mimic joint or does not rotate; a warning if a wheel joint has limits."""
     seen: set[str] = set()
     for role, joint, path in _named(case, case.robot.drive):
         what = help = severity = ""

@@ -117,7 +117,7 @@ def _has(ends: tuple[float, float] | None, value: float) -> bool:
 
 @rule("zero-beyond-limit", help="Add a pose in which every joint is within its limits.", topic=POSES)
 def zeros(case: Case) -> Iterator[Diagnostic]:
-    """A note: simulations start a joint at zero, which is outside its limits, and no pose sets the joint."""
+    """A note: a joint that no pose sets starts simulations at zero, which is outside its limits."""
     placed = {name for pose in case.robot.poses for name in pose.positions}
     joints = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
     away = [joint for joint in joints if not _has(range_of(joint), 0.0)]

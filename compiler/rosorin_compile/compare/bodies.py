@@ -57,14 +57,14 @@ class Bodies:
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
         return RoundedTransform(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
-    def above(self, top: str) -> Iterator[str]:
+    def ancestors(self, top: str) -> Iterator[str]:
         """Yield the topmost links of all bodies above a body, nearest first."""
         while joint := self.robot.joint_to.get(top):
             yield (top := self.top[joint.parent])
 
     def joints_between(self, upper: str, lower: str) -> list[Joint] | None:
         """Return the joints from body ``upper`` down to body ``lower``, or None if ``lower`` is not below ``upper``."""
-        bodies = [lower, *self.above(lower)]
+        bodies = [lower, *self.ancestors(lower)]
         if upper not in bodies:
             return None
         return [self.robot.joint_to[top] for top in bodies[: bodies.index(upper)]][::-1]
@@ -348,7 +348,7 @@ class _Frames:
     def _in_place(self, clusters: list[list[str]], top: str, flipped: Collection[str]) -> list[list[str]]:
         """Return the clusters that move equally in both robots, relative to the nearest body that did not move."""
         joint = self.a.robot.joint_to[top]
-        for upper in (body for body in self.a.above(top) if body in self.clusters):
+        for upper in (body for body in self.a.ancestors(top) if body in self.clusters):
             ends = [joint.parent if joint.parent in some else some[0] for some in self.clusters[upper]]
             found = []
             for cluster in clusters:
@@ -379,7 +379,7 @@ class _Frames:
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
             self._moved(JOINT, joint.name, (joint.parent, joint.child), (twin.parent, twin.child))
         else:  # find the nearest link above the joint that is also above the target in B
-            above = (name for body in self.a.above(joint.child) for name in (joint.parent, *self.a.members[body]))
+            above = (name for body in self.a.ancestors(joint.child) for name in (joint.parent, *self.a.members[body]))
             b, tops = self.b, self.b.top
             source = next((n for n in above if n in tops and b.joints_between(tops[n], tops[target])), "")
         if source:

@@ -22,7 +22,7 @@ _LATE = 1.0  # s: an edge is late if its first transform arrives more than this 
 def edges(recording: Recording) -> Iterator[Diagnostic]:
     """Yield findings for recorded edges: wrong values, wrong parents, two publishers, or not in the description."""
     repeated, strange = list[Series](), list[Series]()
-    for child, group in recording.into.items():
+    for child, group in recording.edges_by_child.items():
         if child in recording.description.by_child:
             yield from _frame(recording, child, group)
         elif finding := _not_published(recording, group[0]):
@@ -164,7 +164,10 @@ def best_way(recording: Recording) -> Way:
     ways = []
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
-        own, missing = {edge.child: edge for edge in edges}, [one for one in edges if one.child not in recording.into]
+        own, missing = (
+            {edge.child: edge for edge in edges},
+            [one for one in edges if one.child not in recording.edges_by_child],
+        )
         others = [(edge, own[edge.child]) for edge in fitting if edge.value != own.get(edge.child, edge).value]
         text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())
         ways.append(Way(modes, edges, missing, others, text))

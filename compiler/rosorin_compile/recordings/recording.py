@@ -197,7 +197,7 @@ class Recording:
         return max(0, time - self.start) / SECOND
 
     @cached_property
-    def into(self) -> Mapping[str, list[Series]]:
+    def edges_by_child(self) -> Mapping[str, list[Series]]:
         """The recorded edges by child frame, in the order in which they first occurred."""
         by_child: dict[str, list[Series]] = {}
         for series in self.series.values():

@@ -179,16 +179,16 @@ def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
 
 
 def _edges(recording: Recording, described: Mapping[str, ExpectedEdge]) -> Iterator[RecordedEdge]:
-    for child in dict.fromkeys([*described, *recording.into]):
+    for child in dict.fromkeys([*described, *recording.edges_by_child]):
         edge, owner = described.get(child), ""
         if edge is not None:  # without known modes, any of several nodes may publish the edge
             known = [edge] if recording.description.options.modes else recording.description.by_child[child]
             owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
-        for series in recording.into.get(child, ()):
+        for series in recording.edges_by_child.get(child, ()):
             oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
             values, value = {"count": None, "mean_age": series.age} if series.listed else {}, _value(series)
             yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=value, oldest=oldest, **values)
-        if edge is not None and child not in recording.into and recording.complete:
+        if edge is not None and child not in recording.edges_by_child and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
 
 

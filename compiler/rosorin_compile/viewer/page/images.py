@@ -64,13 +64,13 @@ class EmbeddedFiles:
         try:
             content = files.read_bytes(file)
         except OSError as problem:
-            return self.missing(name, problem.strerror or "it cannot be read")
+            return self.put_missing(name, problem.strerror or "it cannot be read")
         if self.size + len(content) > self.limit:
-            return self.missing(name, f"more than {self.limit / 1e6:g} MB of meshes")
+            return self.put_missing(name, f"more than {self.limit / 1e6:g} MB of meshes")
         self.size += len(content)
         return {"data": b64encode(content).decode("ascii")}
 
-    def missing(self, name: str, why: str) -> Data:
+    def put_missing(self, name: str, why: str) -> Data:
         """Return JSON data for a missing file, and record the reason."""
         self.left[name] = why
         return {"missing": why}
@@ -93,7 +93,7 @@ class ServedFiles:
         self.files[number] = file, kind
         return {"url": f"mesh/{number}?{''.join(f'{part:x}' for part in files.version(file) or (0,))}"}
 
-    def missing(self, name: str, why: str) -> Data:  # noqa: ARG002
+    def put_missing(self, name: str, why: str) -> Data:  # noqa: ARG002
         """Return JSON data for a missing file."""
         return {"missing": why}
 
@@ -107,7 +107,7 @@ def tables(robot: Robot, found: Mapping[str, Path], store: EmbeddedFiles | Serve
             entry = store.put(name, image, kind)
             textures[name] = entry if "missing" in entry else {"type": kind, **entry}
         else:
-            textures[name] = store.missing(name, "no browser reads it" if image else "not found")
+            textures[name] = store.put_missing(name, "no browser reads it" if image else "not found")
     return {"meshes": meshes, **({"textures": textures} if textures else {})}
 
 
@@ -118,14 +118,14 @@ def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: EmbeddedF
         Progress.step("reading meshes", number, len(names))
         kind, file = MESHES.get(PurePosixPath(name).suffix.lower()), found.get(name)
         if kind is None or file is None:
-            meshes[name] = store.missing(name, "not found" if file is None else "no browser reads it")
+            meshes[name] = store.put_missing(name, "not found" if file is None else "no browser reads it")
             continue
         meshes[name] = entry = store.put(name, file, _BYTES)
         if "missing" in entry:
             continue
         sides, vain = companions(file)
         for image, why in vain.items():
-            store.missing(image, why)
+            store.put_missing(image, why)
         own = {side.name: {"type": side.type, **store.put(*side)} for side in sides}
         own = {side: placed for side, placed in own.items() if "missing" not in placed}
         meshes[name] = {"format": kind, **entry, **({"files": own} if own else {})}

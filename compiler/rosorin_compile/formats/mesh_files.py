@@ -340,7 +340,7 @@ class _Search:
                 what = f"not there, and {posixpath.basename(one.name)} names it"
                 is_imported = any(folders for folders, _ in self.sources.values())  # the source lacks the file too
                 severity = NOTE if is_imported else WARNING
-                self._absent(inner, what, "put the file beside the mesh, or export the mesh again", severity)
+                self._absent(inner, what, "put the file next to the mesh, or export the mesh again", severity)
 
     def _take(self, one: NamedFile, file: Path, opened: Sequence[str], named: Sequence[str]) -> None:
         found = FoundFile(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named)))
@@ -348,7 +348,7 @@ class _Search:
         for place in dict.fromkeys((*found.places, *found.beside)):
             first, other = self.taken.setdefault(place, (one, file))
             if _plain(self.places.outputs / place) not in (_plain(file), _plain(other)) and _differ(other, file):
-                what = f"{_PLURALS[one.kind]} {first.name} and {one.name} would both be {place} beside the artifacts"
+                what = f"{_PLURALS[one.kind]} {first.name} and {one.name} would both be {place} next to the artifacts"
                 self._ambiguous(f"{what}, and differ", one.spans[0], first)
 
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:

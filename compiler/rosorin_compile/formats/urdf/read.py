@@ -86,8 +86,10 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
         for one in map(Diagnostic.with_help, problems):
-            left_out = "; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else ""
-            diagnostics.append(replace(one, help=f"{one.help}{left_out}".replace("?;", "?")))
+            if one.rule == "mimic-unknown":
+                mark = "" if str(one.help).endswith("?") else ";"
+                one = replace(one, help=f"{one.help}{mark} --lenient leaves the mimic out")
+            diagnostics.append(one)
     tree = None if has_errors(diagnostics) else tree
     comments = comments_of(document, reader.paths) if tree is not None else []
     return ImportedRobot(tree, diagnostics, comments, files or (path,), document.root.get("version"))

@@ -247,7 +247,7 @@ _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("`replace(text, old, new)`", {"replace": _replace}),
     ("`startswith(text, other)`: whether a text begins so", {"startswith": str.startswith}),
     ("`endswith(text, other)`: whether a text ends so", {"endswith": str.endswith}),
-    ("`load('file.yaml')`: the value of a YAML file beside the description, or of a package", {"load": None}),
+    ("`load('file.yaml')`: the value of a YAML file next to the description, or in a package", {"load": None}),
     ("`find('PACKAGE')`: the folder of a ROS package; `find('PACKAGE', other)`: or another value", {"find": None}),
 )
 BUILT_IN = tuple(Function(name, help, apply) for help, row in _ROWS for name, apply in row.items())

@@ -240,12 +240,14 @@ def marks(case: Case) -> Iterator[Diagnostic]:
     """A site, camera or light has a value that MuJoCo rejects, or values that contradict each other."""
     for link in case.robot.links:
         for mark in link.marked:
-            for key, problem in _mark_problems(mark.tag, mark.values):
-                path, (message, _, help) = case.link(link.name, f"{mark.tag}s", mark.name, key), problem.partition("; ")
+            for key, message, help in _mark_problems(mark.tag, mark.values):
+                path = case.link(link.name, f"{mark.tag}s", mark.name, key)
                 yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, help, key=True)
 
 
-def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield (key, message, help) for each invalid attribute of a site, camera or light."""
+
     def numbers(key: str) -> list[float]:
         value = values.get(key, ())
         return list(map(float, value)) if isinstance(value, tuple) else [value] if isinstance(value, float) else []
@@ -253,24 +255,27 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
     if tag == "site":
         count = 1 if "fromto" in values else _SIZES.get(str(values.get("type", "sphere")), 0)
         if min(numbers("size")[:count], default=1.0) <= 0:
-            yield "size", "has a size that is not above zero"
+            yield "size", "has a size that is not above zero", ""
         return
     chip = [key for key in ("focal", "focalpixel", "principal", "principalpixel") if key in values]
     if any(not 0 <= value <= 1 for value in numbers("softness")):
-        yield "softness", f"has a softness of {number(values['softness'])}; write a number from 0 to 1"
+        yield "softness", f"has a softness of {number(values['softness'])}", "write a number from 0 to 1"
     if chip and "sensorsize" not in values:
-        yield chip[0], f"has {chip[0]} but no sensorsize; write the size of the image sensor, [WIDTH, HEIGHT] in m"
+        help = "write the size of the image sensor, [WIDTH, HEIGHT] in m"
+        yield chip[0], f"has {chip[0]} but no sensorsize", help
     if "dir" in values and tag == "light" and not any(numbers("dir")):
-        yield "dir", "has a direction of length zero; write one, such as [0, 0, -1]"
+        yield "dir", "has a direction of length zero", "write one, such as [0, 0, -1]"
     if "sensorsize" in values and ("fovy" in values or not {"focal", "focalpixel"} & values.keys()):
-        yield "sensorsize", "has a sensorsize; write focal: [X, Y] (m) with it, and no fovy"
+        yield "sensorsize", "has a sensorsize", "write focal: [X, Y] (m) with it, and no fovy"
     for key in ("sensorsize", "focal", "focalpixel", "resolution"):
         if any(value <= 0 for value in numbers(key)):
-            yield key, f"has a {key} that is not above zero"
+            yield key, f"has a {key} that is not above zero", ""
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
-        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees; write an angle between 0 and 180"
+        message = f"has a field of view of {number(values['fovy'])} degrees"
+        yield "fovy", message, "write an angle between 0 and 180"
     if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
-        yield "target" if "target" in values else "mode", 'needs both "mode: targetbody" and "target: LINK", or neither'
+        key = "target" if "target" in values else "mode"
+        yield key, 'needs both "mode: targetbody" and "target: LINK", or neither', ""
 
 
 @rule("body-value", help="Move the key to the root link, or remove it.", topic=SIMULATED)

@@ -43,8 +43,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:
         return html({"robot": data}), []
-    more = '"max_megabytes: NUMBER" to allow more' if " MB of " in str(embedding.left) else "correct the file names"
-    help = f'write "meshes: false" to show none, or {more}'
+    help = 'correct the file names, allow more with "max_megabytes: NUMBER", or write "meshes: false" to show none'
     message = f"the page does not show {left_out(embedding.left)}"
     return html({"robot": data}), [Diagnostic("page-left-out", WARNING, message, help=help)]
 

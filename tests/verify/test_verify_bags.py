@@ -113,7 +113,7 @@ def test_parts_of_a_recording(tmp_path: Path) -> None:
     for times in ({"until": 4.0}, {"since": 16.0}, {"since": 1.0, "until": 5.0}):
         verdict = judged(bag, **times)
         assert verdict.findings == (), times
-        assert len(verdict.data.into) == 15
+        assert len(verdict.data.parents) == 15
     assert rules(judged(bag, stale=11.0)) == []
 
 

@@ -104,8 +104,8 @@ _BELOW = {"propertyNames": "keys", "additionalProperties": "others", "items": "i
 # ``WORDS`` maps each annotation to its field of ``Node``, such as "x-in-parts" to "in_parts".
 _FIELDS = Node._fields[: Node._fields.index("keys")]
 WORDS = {INSIDE if field == "inside" else f"x-{field.replace('_', '-')}": field for field in _FIELDS}
-# All annotations, including annotations that are not in ``Node`` because only suggestions, lowering or import use them.
-ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered"))
+# All annotations, including annotations that are not in ``Node`` because only messages, lowering or import use them.
+ANNOTATIONS = frozenset((*WORDS, "x-unmirrored", "x-also", "x-instead", "x-file", "x-first", "x-ordered", "x-form"))
 
 
 def texts(entry: Mapping[str, Any]) -> dict[str, str]:

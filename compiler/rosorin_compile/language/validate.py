@@ -124,9 +124,6 @@ _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
 _TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
 _TYPES |= {"object": "a mapping", "array": "a list"}
-# Help for a name or text that does not match a pattern, by a part of the pattern.
-_FORMS = {" +": "do not use < > &, quotes or spaces at the ends", "A-Z": "use letters, digits and _"}
-_FORMS |= {"/]": 'do not use < > &, quotes, spaces or "/"', "{4}": "write the date as YYYY-MM-DD"}
 # (rule, message) by JSON Schema keyword, for errors that need no help text.
 _SIMPLE = {
     "minimum": ("wrong-value", "{where} is {value}, but must be at least {wanted}"),
@@ -158,7 +155,7 @@ class _Report:
         if "propertyNames" in self.misfit.schema_path[-2:-1]:
             name = str(self.misfit.value)
             message = f'"{name}" is not a valid name in {where}'
-            return self._make("bad-name", message, _name_help(name, wanted), [*self.path, name], True)
+            return self._make("bad-name", message, self._name_help(name), [*self.path, name], True)
         methods = dict.fromkeys(("required", "dependencies"), self._missing_key)
         methods |= {"type": self._wrong_type, "additionalProperties": self._unknown_keys}
         if keyword in methods:
@@ -180,7 +177,11 @@ class _Report:
         message = message.format(where=where, value=value, wanted=wanted, keys=keys)
         if keyword in ("minimum", "maximum", "minProperties", "maxProperties", "const"):  # the message is sufficient
             meaning = ""
-        return self._make(rule, message, (_name_help(str(value), wanted) if keyword == "pattern" else "") or meaning)
+        return self._make(rule, message, (self._name_help(str(value)) if keyword == "pattern" else "") or meaning)
+
+    def _name_help(self, name: str) -> str:
+        odd = hidden_letter(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
+        return f"it contains {in_words(odd)}: type the name again" if odd else str(self.part.get("x-form", ""))
 
     def _make(
         self, rule: str, message: str, help: str | Callable[[], str] = "", path: Steps | None = None, key: bool = False
@@ -289,12 +290,6 @@ def not_allowed(
 
     error = problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"')
     return replace(error, suggest=suggest)
-
-
-def _name_help(name: str, pattern: Any) -> str:
-    odd = hidden_letter(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
-    form = next((form for part, form in _FORMS.items() if part in str(pattern)), "")
-    return f"it contains {in_words(odd)}: type the name again" if odd else form
 
 
 def _sentence(text: str) -> str:

@@ -1,6 +1,6 @@
 # find_package(rosorin_compile VERSION): this one or an older one of the same first number; ranges, too.
 
-set(PACKAGE_VERSION "0.3.0")  # that of rosorin_compile/__init__.py
+set(PACKAGE_VERSION "0.4.0")  # that of rosorin_compile/__init__.py
 
 set(PACKAGE_VERSION_COMPATIBLE FALSE)
 set(PACKAGE_VERSION_EXACT FALSE)

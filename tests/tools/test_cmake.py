@@ -48,7 +48,7 @@ def test_cmake_dir_is_where_the_package_is(capsys: Shown) -> None:
 
 @pytest.mark.parametrize(
     ("asked", "found"),
-    [*[("", 1), ("0.3.0 EXACT", 1), ("0.2.9", 1), ("0.2...<0.4", 1)], *[("0.4", 0), ("0.3.1", 0), ("0.2...<0.3", 0)]],
+    [*[("", 1), ("0.4.0 EXACT", 1), ("0.3.9", 1), ("0.3...<0.5", 1)], *[("0.5", 0), ("0.4.1", 0), ("0.3...<0.4", 0)]],
 )
 def test_versions(tmp_path: Path, asked: str, found: int) -> None:
     (tmp_path / "CMakeLists.txt").write_text(

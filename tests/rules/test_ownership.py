@@ -19,7 +19,7 @@ from rosorin_compile.model import Link, Robot
 from rosorin_compile.rules.publishers import combinations, holds
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
-from rosorin_compile.viewer.frames_picture import frame_trees
+from rosorin_compile.viewer.frames import frame_trees
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
 from support.paths import data_text
@@ -177,7 +177,7 @@ def test_pictures_and_launch_files_have_the_edges_of_the_search(description):
     robot = model(description)
     for states in every_state():
         shown = frame_trees(robot, states)[0]
-        drawn = {(row.parent, row.child) for row in shown.edges if row.is_published}
+        drawn = {(row.parent, row.child) for row in shown.rows if row.is_published}
         now = {(parent, child) for parent, child, owner in running(description, states) if owner != "nobody"}
         assert drawn == now
 

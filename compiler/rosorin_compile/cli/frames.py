@@ -56,15 +56,15 @@ def _text(robot: Robot, found: Frames, run: Run) -> str:
     colours = publishers(rows(robot)) if on_terminal and not os.environ.get("NO_COLOR") else ()
     style = Look(is_ascii, colours, shutil.get_terminal_size().columns if on_terminal else 0)
     if run.publisher is not None:
-        edges = dict.fromkeys(row for one in found.trees for row in one.edges if row.publisher == run.publisher)
+        edges = dict.fromkeys(row for one in found.situations for row in one.rows if row.publisher == run.publisher)
         return "\n".join(table([*edges], style)) if edges else f"{run.publisher} publishes nothing here"
     labels: dict[str, list[str]] = {}  # {printed tree: combinations of modes with this tree}
-    for situation in found.trees:
-        shown = lines(situation.edges, robot.frames)
+    for situation in found.situations:
+        shown = lines(situation.rows, robot.frames)
         shown = shown if run.frame is None else way(shown, run.frame)
         drawn = "\n".join(tree(shown, style)) if shown else f"{run.frame} is not there"
-        labels.setdefault(drawn, []).append(situation.label)
-    if len(labels) == 1 < len(found.trees):  # all combinations of modes have the same tree: print it without a heading
+        labels.setdefault(drawn, []).append(situation.when)
+    if len(labels) == 1 < len(found.situations):  # all modes have the same tree: print it without a heading
         return next(iter(labels))
     headed = ((style.paint(", or ".join(names), BOLD), drawn) for drawn, names in labels.items())
     return "\n\n".join(f"{head}\n{drawn}" if head else drawn for head, drawn in headed)

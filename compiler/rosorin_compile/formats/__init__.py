@@ -31,11 +31,11 @@ _PACKAGES = {
     "importing": ("xacro",),
     "mujoco": ("mjcf", "scene"),
     "ros": ("controllers", "nav2", "robot_localization", "srdf"),
-    "viewer": ("frames_picture", "page"),
+    "viewer": ("page",),
 }
 _MODULES = {name: f"rosorin_compile.{package}.{name}" for package, names in _PACKAGES.items() for name in names}
 _MODULES |= {"sdf": "rosorin_compile.sdf", "template": "rosorin_compile.formats.templating"}
-_MODULES |= {"static_tf_json": _MODULES["static_tf"]}
+_MODULES |= {"static_tf_json": _MODULES["static_tf"], "frames_picture": "rosorin_compile.viewer.frames"}
 # JSON Schemas that do not belong to a format, with a description of each.
 _SCHEMAS = {
     "authoring": "a description as written, with expressions, parts and loops (default)",

@@ -20,8 +20,7 @@ from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
-from rosorin_compile.viewer import frames_picture
-from rosorin_compile.viewer.frames_picture import frame_trees
+from rosorin_compile.viewer.frames import frame_trees, write
 from support.paths import ROOT, data_text
 from support.robots import compiled
 
@@ -38,7 +37,7 @@ def example(name: str) -> Robot:
 
 
 def drawn(robot: Robot) -> str:
-    text, said = frames_picture.write(robot, OUTPUT, Templates())
+    text, said = write(robot, OUTPUT, Templates())
     assert said == []
     return text
 
@@ -57,8 +56,8 @@ def test_a_joint_that_another_node_publishes_keeps_its_name() -> None:
     edge = Edge("odom", "base", Publisher(NODE, "ekf"), moving=True, when="a")
     robot = Robot("r", (Link("odom"), Link("base")), (joint,), edges=(edge,), modes=("a",))
     on, off = frame_trees(robot, {})
-    assert on.edges == (Row("odom", "base", "ekf", "", "/tf", "a", "odom", "base_joint", "fixed"),)
-    assert [row.publisher for row in off.edges] == ["nobody"]
+    assert on.rows == (Row("odom", "base", "ekf", "", "/tf", "a", "odom", "base_joint", "fixed"),)
+    assert [row.publisher for row in off.rows] == ["nobody"]
 
 
 TURNS = data_text("robots/frames_picture_turns.yaml")
@@ -69,7 +68,7 @@ def test_publishers_that_take_turns_are_one_line_each(tmp_path: Path) -> None:
     path.write_text(TURNS, "utf-8")
     made = compiled(path)
     assert made.robot is not None
-    assert [(tree.label, row.who, row.joint) for tree in frame_trees(made.robot, {}) for row in tree.edges] == [
+    assert [(tree.when, row.who, row.joint) for tree in frame_trees(made.robot, {}) for row in tree.rows] == [
         ("carried is on", "nobody: it is carried", "mast_joint"),
         ("carried is off and sim is on", "gazebo", "mast_joint"),
         ("carried is off and sim is off", "tf_mast", "mast_joint"),
@@ -178,8 +177,8 @@ def test_situations_share_out_all_combinations_of_modes(whens: list[str], fixed:
         here = [one for one in found if any(modes.items() <= combination.items() for modes in one.modes)]
         assert len(here) == 1
         meant = [edge.child for edge in edges if not edge.when or evaluate(edge.when, combination.__getitem__)]
-        assert [row.child for row in here[0].edges] == meant
-    assert len({one.edges for one in found}) == len(found) == len({one.label for one in found})
+        assert [row.child for row in here[0].rows] == meant
+    assert len({one.rows for one in found}) == len(found) == len({one.when for one in found})
     assert len({one.short for one in found}) == len(found)
 
 

@@ -15,7 +15,7 @@ from rosorin_compile.model.field_of_view import numbers, page_pose, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 
-from ..frames_picture import TooMany, Tree, colours, frame_trees
+from ..frames import FrameSituation, TooMany, colours, frame_trees
 from .images import Data, texture_names
 
 _PURPOSES = ("visual", "collision")
@@ -121,10 +121,10 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 
 def _situations(robot: Robot) -> list[Data]:
     try:
-        trees: Sequence[Tree] = frame_trees(robot, {})
+        trees: Sequence[FrameSituation] = frame_trees(robot, {})
     except TooMany:
-        trees = [Tree("", "", ({},), robot.frame_tree())]
-    return [{"label": t.label, "modes": [*map(dict, t.modes)], "edges": [*map(_edge, t.edges)]} for t in trees]
+        trees = [FrameSituation("", ({},), rows=robot.frame_tree())]
+    return [{"label": t.when, "modes": [*map(dict, t.modes)], "edges": [*map(_edge, t.rows)]} for t in trees]
 
 
 def _edge(row: Row) -> Data:

@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.version import __version__
-from rosorin_compile.source.wording import and_more, count_of
+from rosorin_compile.source.wording import and_more, count_of, first_of
 
 from .folder import VariantsFolder
 from .variants import Variants, python_variant
@@ -165,8 +165,7 @@ def write_sweep(
             raise RequestError("--as goes with a folder of files, one per variant")
         if whole and whole not in types and not wrong:
             raise UnknownName("argument", whole, types, description.name, "it has none")
-        wrong = wrong or listed.check()
-        for problem in wrong:
+        for problem in (wrong := wrong or listed.check()):
             tell(problem)
         if not wrong:
             placed = replace(request, description=replace(description, outputs=folder), warn=None)
@@ -175,7 +174,7 @@ def write_sweep(
             result = replace(result, removed=tuple(writer.removed), complete=True)
     except (LoadError, OutputError) as problem:
         tell(problem.diagnostic)
-    counts: dict[str, Any] = writer.counts if writer is not None else {}
+    counts: dict[str, Any] = writer.counts if writer else {}
     return replace(result, **counts, diagnostics=tuple(reported))
 
 
@@ -201,7 +200,14 @@ class _Writer:
                     add(entry)
                     self._report(entry)
                     Progress.step("variants", sum(self.counts.values()), len(self.variants))
-                self._forget()
+                gone = [name for name in self.folder.names() if name not in self.variants]
+                for name in gone if self.prune else ():
+                    self.folder.drop(name)
+                    self.removed.append(name)
+                if gone and not self.prune:
+                    many, shown = count_of(len(gone), "variant"), first_of(gone, 5)
+                    message = f"{many} of {self.folder.path} not in the list, and kept: {shown}"
+                    self.tell(Diagnostic("variant-forgotten", NOTE, message, help="sweep --prune removes them"))
         except OSError as problem:
             raise OutputError.from_os_error(problem, self.folder.path, "write") from None
         except KeyboardInterrupt:
@@ -244,14 +250,3 @@ class _Writer:
                 self.remarks[json.dumps(found)] = (first, count + 1)
             elif self.counts["error"] <= MAX_FAILED:
                 self.tell(from_json(found, entry["name"]))
-
-    def _forget(self) -> None:
-        names = [name for name in self.folder.names() if name not in self.variants]
-        if self.prune:
-            for name in names:
-                self.folder.drop(name)
-            self.removed = names
-        elif names:
-            shown = ", ".join(names[:5]) + and_more(len(names[5:]))
-            message = f"{count_of(len(names), 'variant')} of {self.folder.path} not in the list, and kept: {shown}"
-            self.tell(Diagnostic("variant-forgotten", NOTE, message, help="sweep --prune removes them"))

@@ -143,8 +143,8 @@ class Variants:
         if tree is None:
             return
         if not isinstance(tree, (Map, Seq)):
-            message, help = f"{self._source.path} is a text", "write a list or a mapping"
-            raise _refused(message, self._source.span(), help, "not-a-mapping")
+            message = f"{self._source.path} is a text"
+            raise _refused(message, self._source.span(), "write a list or a mapping", "not-a-mapping")
         is_named = isinstance(tree, Map)
         spans = [*tree.value_spans.values()] if isinstance(tree, Map) else tree.value_spans
         for key, value, span in zip(tree, tree.values() if isinstance(tree, Map) else tree, spans, strict=True):
@@ -191,7 +191,7 @@ def _from_entry(entry: Map) -> Variant:
         raise _refused("this entry has no name", entry.span, "write name: NAME first", "variant-name")
     name, place, values = entry[NAME], entry.value_spans[NAME], Map(entry.span)
     for key in (key for key in entry if key != NAME):
-        values.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
+        values.put_from(entry, key)
     if not isinstance(name, str):  # keep the text of a name such as 0007 instead of the number 7
         name = place.source.line(place.line)[place.column - 1 :][: place.length]
     return Variant(name, values, place, _expressions(values))

@@ -86,13 +86,12 @@ def compile_variant(job: Job, variant: Variant) -> Result:
         placed = replace(description, outputs=description.outputs / variant.name)
         compiled = prove(_compiled(job, variant, replace(job.request, description=placed).search_meshes))
         found, files = compiled.diagnostics, dict[str, bytes]()
-        try:
-            if not has_errors(found):
+        if not has_errors(found):
+            try:
                 files = {**compiled.mesh_files, **{one.file: encode(one.file, one.text) for one in compiled.artifacts}}
                 check_names(files)
-        except OutputError as problem:
-            files = {}
-            found.append(problem.diagnostic)
+            except OutputError as problem:
+                files, found = {}, [*found, problem.diagnostic]
         entry = entry_of(variant, found, {name: digest(data) for name, data in files.items()})
         # The list of variants is an input if a diagnostic has a position in it, because this position can change.
         mentioned = {place.get("file") for one in entry["diagnostics"] for place in (one, *one["related"])}
@@ -112,10 +111,10 @@ def _compiled(job: Job, variant: Variant, search: Any = None) -> CompileResult:
         return CompileResult(None, (), list(variant.diagnostics), ())
     arguments = Map(variant.arguments.span)
     for source in (job.shared, variant.arguments):  # arguments of the variant override shared arguments
-        for name, value in source.items():
-            arguments[name] = value
-            if isinstance(source, Map) and name in source.value_spans:
-                arguments.put(name, value, source.key_spans[name], source.value_spans[name])
+        arguments.update(source)
+        if isinstance(source, Map):
+            for name in source.value_spans:
+                arguments.put_from(source, name)
     request, kept = job.request, _parsed.setdefault(job.current, {})
     path, packages = request.description.path, request.packages
     compiled = compile_robot(path, arguments, request.tell, packages, search, cache=kept)

@@ -12,7 +12,7 @@ import numpy as np
 from rosorin_compile.source.diagnostics import NOTE, WARNING
 from rosorin_compile.source.files import is_file, is_folder
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.system import pip_install
+from rosorin_compile.source.system import is_installed, pip_install
 
 from .recording import Recording, Rows
 from .results import problem, seconds
@@ -45,11 +45,8 @@ _NOT_PLACED |= {"sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArr
 
 def read(paths: Sequence[Path], recording: Recording) -> None:
     """Read a rosbag2 folder, or several bag files without metadata.yaml, into a recording. Raises Unreadable."""
-    try:
-        from rosbags.rosbag2 import Reader  # noqa: F401
-    except ImportError:
-        message = "reading a recording needs the package rosbags, which is not installed"
-        raise Unreadable(message, pip_install("verify")) from None
+    if not is_installed("rosbags"):
+        raise Unreadable("reading a recording needs the package rosbags, which is not installed", pip_install("verify"))
     with ExitStack() as stack:
         bags = sorted((_Bag(path, stack) for path in paths), key=lambda bag: bag.start)
         reader = _Reader(recording)

@@ -146,9 +146,8 @@ class Description:
 
 
 def _edges(robot: Robot) -> Iterator[ExpectedEdge]:
-    six = any(
-        output.options.get("number_format") == "six" for output in FORMATS.outputs_read_by(robot, ROBOT_STATE_PUBLISHER)
-    )
+    outputs = FORMATS.outputs_read_by(robot, ROBOT_STATE_PUBLISHER)
+    six = any(output.options.get("number_format") == "six" for output in outputs)
     for joint in robot.joints_down():
         by_urdf = joint.publisher.kind == ROBOT_STATE_PUBLISHER
         if joint.publisher.publishes and not (by_urdf and joint.is_axleless):

@@ -42,8 +42,6 @@ _MESSAGES = {
 }
 _OF_SENSORS = {each for types in _MESSAGES.values() for each in types}
 
-Leads = Sequence[tuple[str, float]]  # (topic or edge, time (s) by which its stamps are ahead of arrival)
-
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Compare a recording with its description and the compiled artifacts; return the findings, errors first."""
@@ -102,8 +100,7 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         yield problem("joint-states-two-values", _STATES, message)
     if recording.short_states:
         many = share(recording.short_states, states.pace.count)
-        message = f"{many} messages of {_STATES} have fewer positions than names"
-        yield problem("joint-state-short", _STATES, message)
+        yield problem("joint-state-short", _STATES, f"{many} messages of {_STATES} have fewer positions than names")
     for name, seen in states.reported.items():
         joint = robot.joint.get(name)
         unit = "m" if joint is not None and joint.type == "prismatic" else "rad"
@@ -137,8 +134,8 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
         comparison = compare(recording.description.robot, [compiled], {compiled.file: ran})
         if comparison.changes:
             evidence = [f"ran -> compiled: {change.line()}" for change in comparison.changes[:_SHOWN]]
-            more, many = len(comparison.changes) - _SHOWN, count_of(len(comparison.changes), "difference")
-            evidence += [f"...{and_more(more)}"] if more > 0 else []
+            more, many = and_more(len(comparison.changes) - _SHOWN), count_of(len(comparison.changes), "difference")
+            evidence += [f"...{more}"] if more else []
             message = f"{_ROBOT} is not the compiled {compiled.file}: {many} of meaning"
             yield problem("other-robot-description", _ROBOT, message, evidence=evidence)
         elif any("damaged" in text.remark for text in comparison.texts):
@@ -202,7 +199,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
         evidence = [f"described: {pose_text(expected)}", f"printed:   {shown} (line {answer.line})"]
         edge = next((edge for edge in recording.description.edges if edge.name == answer.name), None)
         help = f"{edge.owner} publishes it: deploy what is compiled, or correct the description" if edge else ""
-        message = f"{answer.name} is {difference(expected, recorded)[2]} against the description"
+        message = f"{answer.name} is {difference(expected, recorded)} against the description"
         return problem(value_rule(expected, recorded), answer.name, message, help, evidence)
     return None
 
@@ -246,8 +243,8 @@ def _are(names: Sequence[str]) -> str:
     return f"{first_of(names, _FEW)} {'is' if len(names) == 1 else 'are'}"
 
 
-def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
-    """Yield findings for topics and edges with stamps from another clock, which is ahead or behind."""
+def _other(recording: Recording, leads: Sequence[tuple[str, float]]) -> Iterator[Diagnostic]:
+    """Yield findings for stamps from another clock; ``leads`` has topics or edges, and by how much (s) it is ahead."""
     for ahead in (False, True):
         if not (group := [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]):
             continue
@@ -260,7 +257,7 @@ def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
         yield problem("stamp-other-clock", names[0], message, help)
 
 
-def _ahead(leads: Leads) -> Iterator[Diagnostic]:
+def _ahead(leads: Sequence[tuple[str, float]]) -> Iterator[Diagnostic]:
     """Yield findings for topics and edges with stamps in the future, one for each group with a similar offset."""
     waiting = sorted((one for one in leads if one[1] > _FAR_AHEAD), key=lambda one: -one[1])
     while waiting:

@@ -126,12 +126,12 @@ def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
         evidence = [f"described: {pose_text(described)}"] if described and series.has_parent else []
         evidence += [f"first:     {pose_text(first)}", f"others:    {pose_text(series.first_other)}"]
         often = share(series.others, len(series.samples.stamps))
-        message = f"{name} has several values: {often} samples are {difference(first, series.first_other)[2]}"
+        message = f"{name} has several values: {often} samples are {difference(first, series.first_other)}"
         yield problem("edge-two-values", name, message, evidence=evidence)
     elif series.first_wrong is not None and not series.has_two_sources:
         recorded, described, received = series.first_wrong
         often = "" if series.wrong == series.compared else f" in {share(series.wrong, series.compared)} samples"
-        message = f"{name} is {difference(described, recorded)[2]} against the description{often}"
+        message = f"{name} is {difference(described, recorded)} against the description{often}"
         evidence = [f"described: {pose_text(described)}", f"recorded:  {pose_text(recorded)}"]
         if not series.constant and recording.timed:
             evidence.append(f"first {recording.since_start(received):.1f} s into the recording")
@@ -164,10 +164,8 @@ def best_way(recording: Recording) -> Way:
     ways = []
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
-        own, missing = (
-            {edge.child: edge for edge in edges},
-            [one for one in edges if one.child not in recording.edges_by_child],
-        )
+        own = {edge.child: edge for edge in edges}
+        missing = [edge for edge in edges if edge.child not in recording.edges_by_child]
         others = [(edge, own[edge.child]) for edge in fitting if edge.value != own.get(edge.child, edge).value]
         text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())
         ways.append(Way(modes, edges, missing, others, text))

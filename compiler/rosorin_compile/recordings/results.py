@@ -12,7 +12,7 @@ from typing import Annotated, Any
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, diagnostic
-from rosorin_compile.source.numbers import amount
+from rosorin_compile.source.numbers import amount, to_fixed
 from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.wording import and_more, count_of, mask_controls, printable
 
@@ -73,20 +73,13 @@ def share(part: int, total: int) -> str:
 
 def pose_text(transform: Transform) -> str:
     """Format a transform in metres and degrees."""
-    xyz = " ".join(_short(value, 6) for value in transform.xyz)
-    rpy = " ".join(_short(math.degrees(value), 3) for value in transform.rpy())
+    xyz = " ".join(to_fixed(value, 6) for value in transform.xyz)
+    rpy = " ".join(to_fixed(math.degrees(value), 3) for value in transform.rpy())
     return f"{xyz} m, {rpy} deg"
 
 
-def _short(value: float, digits: int) -> str:
-    if not abs(value) < 1e6:
-        return f"{value:.6g}"
-    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
-
-
-def difference(described: Transform, recorded: Transform) -> tuple[float, float, str]:
-    """Return the distance between two transforms (m), the angle between them (rad), and the difference as text.
+def difference(described: Transform, recorded: Transform) -> str:
+    """Return the difference between two transforms as text, in metres and degrees.
 
     Translations are along the axes of the parent, rotations about the axes of the described child.
     """
@@ -95,7 +88,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
     far, parts = math.hypot(*move), []
     if angle > 1e-7:
         name, degrees = _main_axis(axis), math.degrees(angle)
-        along = f"({', '.join(_short(value, 2) for value in axis)})"
+        along = f"({', '.join(to_fixed(value, 2) for value in axis)})"
         shown = f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}"
         if name and abs(angle - math.pi) < _NEAR:
             shown = "180"
@@ -107,7 +100,7 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
         steps = [(name, step) for name, step in zip(_AXES, move, strict=True) if abs(step) > 0.02 * far]
         words = (f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {name}" for name, step in steps)
         parts.append(f"moved by {', '.join(words)}")
-    return far, angle, " and ".join(parts)
+    return " and ".join(parts)
 
 
 def value_rule(described: Transform, recorded: Transform) -> str:
@@ -307,8 +300,4 @@ def as_junit(result: Verification, strict: bool = False) -> str:
     failing = ("error", "warning") if strict else ("error",)
     failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
     values = {"robot": result.robot, "cases": cases, "failing": failing, "failed": failed, "masked": mask_controls}
-
-    def text(finding: Finding) -> str:
-        return mask_controls("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n")
-
-    return Templates.own("recordings/junit.xml.jinja", values | {"text": text})
+    return Templates.own("recordings/junit.xml.jinja", values)

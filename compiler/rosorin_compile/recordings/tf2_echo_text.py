@@ -22,11 +22,8 @@ from .series import SECOND, EdgeKey
 _CONTROL = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)|[@-Z\\^_=>()][0-9A-B]?)")
 _TIME = r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?Z?"
 # What can precede copied lines: a time (from script, ts or logs), a tmux pane border, or the ">" of a quotation.
-_PREFIXES = (
-    re.compile(rf"\[?(?:\d{{4}}-\d\d-\d\d[T ]|[A-Z][a-z]{{2}} +\d{{1,2}} )?{_TIME}\]? ?"),
-    re.compile(r"\[?\d{6,}\.\d+\]? "),
-    re.compile(r"[│|] ?"),
-    re.compile(r"> ?"),
+_PREFIX = re.compile(
+    rf"\[?(?:\d{{4}}-\d\d-\d\d[T ]|[A-Z][a-z]{{2}} +\d{{1,2}} )?{_TIME}\]? ?|\[?\d{{6,}}\.\d+\]? |[│|] ?|> ?"
 )
 
 _QUESTION = r".*\btf2_echo[ \t]+(?P<source>[^\s|&;>-]\S*)[ \t]+(?P<target>[^\s|&;>-]\S*).*"
@@ -61,9 +58,8 @@ def plain_lines(text: str) -> list[str]:
     """
     lines = [_CONTROL.sub("", line) for line in text.splitlines()]
     written = [line for line in lines if line.strip()]
-    for prefix in _PREFIXES:
-        if written and sum(bool(prefix.match(line)) for line in written) >= 0.9 * len(written):
-            return [prefix.sub("", line, count=1) for line in lines]
+    if 0 < 0.9 * len(written) <= sum(bool(_PREFIX.match(line)) for line in written):
+        return [line[match.end() :] if (match := _PREFIX.match(line)) else line for line in lines]
     return lines
 
 

@@ -100,3 +100,20 @@ def test_words_of_gazebo_classic_become_those_of_sdf(tmp_path: Path):
             assert len(re.findall(f'<noise type="gaussian">.*?<stddev>{stddev}</stddev></noise>', inner)) == 3
     (told,) = [one.message for one in compiled.diagnostics if one.rule == "not-in-format"]
     assert told == "SDF cannot express <kd> of base, <mu1> of mark: only readers of URDF know it"
+
+
+LOSSES = """
+robot: r
+links: {base_link: {}, arm: {collision: [{sphere: {radius: 0.1}, contact: {contype: 0}}], inertial: {mass: 1, of: collision}}}
+joints: {turn: {type: continuous, parent: base_link, child: arm, limit: {effort: 1, velocity: 1}, dynamics: {stiffness: 3}}}
+outputs: {a: {backend: urdf, file: a.urdf}, b: {backend: urdf, file: b.urdf, gazebo: harmonic}}
+"""  # noqa: E501
+
+
+def test_a_loss_of_one_artifact_is_told_and_a_zero_is_no_missing_value(tmp_path: Path):
+    compiled = compiled_text(tmp_path, LOSSES)
+    told = [one.message for one in compiled.diagnostics if one.rule == "not-in-format"]
+    assert [text.partition(" (")[0] for text in told] == [
+        "URDF cannot express links.collision.contact.contype",
+        "a.urdf cannot express joints.dynamics.stiffness",
+    ]

@@ -353,17 +353,25 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
-    """Yield a note for each format that does not support some of the keys in the description."""
+    """Yield a note for each format that does not support some of the keys in the description.
+
+    If only some outputs of the format lack keys, because of their options, yield a note for each of these outputs.
+    """
     outputs = list(outputs)
     for name in dict.fromkeys(output.backend for output in outputs):
-        some = [output for output in outputs if output.backend == name]
-        first, *others = [_table(formats[name], output) for output in some]
-        lost = [key for key, why in first.items() if why and not (why.quiet or why.one_way)]
-        counts = {key: len([*_places(tree, key)]) for key in lost if all(table.get(key) for table in others)}
-        found = [f"{key.replace('.*', '')} ({count_of(count, 'place')})" for key, count in counts.items() if count]
-        if found:
-            span = tree.locate(("outputs", some[0].name), key=True).span
-            yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {phrase(found)}", span)
+        some = [(output, _lost(formats[name], output)) for output in outputs if output.backend == name]
+        in_all = [key for key in some[0][1] if all(key in keys for _, keys in some)]
+        own = [(output.file, output, [key for key in keys if key not in in_all]) for output, keys in some]
+        for subject, output, keys in [(formats[name].word, some[0][0], in_all), *own]:
+            counts = {key: len([*_places(tree, key)]) for key in keys}
+            found = [f"{key.replace('.*', '')} ({count_of(count, 'place')})" for key, count in counts.items() if count]
+            if found:
+                span = tree.locate(("outputs", output.name), key=True).span
+                yield Diagnostic("not-in-format", NOTE, f"{subject} cannot express {phrase(found)}", span)
+
+
+def _lost(format: Format, output: Output) -> list[str]:
+    return [key for key, why in _table(format, output).items() if why and not (why.quiet or why.one_way)]
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:
@@ -376,4 +384,4 @@ def _places(value: Any, pattern: str) -> Iterator[Any]:
     else:
         return
     for item in inner:
-        yield from _places(item, rest) if rest else [item] if item not in (None, [], {}, False) else []
+        yield from _places(item, rest) if rest else [item] if item not in (None, [], {}) and item is not False else []

@@ -306,6 +306,7 @@ export class App {
     this.#remember();
     this.#mark();
     this.panels.tree.reveal();
+    this.panels.joints.reveal();
     this.show({});
     this.card.draw();
   }

@@ -204,6 +204,20 @@ def test_without_webgl_all_but_the_picture_is_there(browser: Browser, rosorin: s
     assert browser.ask("kept")["complaints"] == []
 
 
+def test_rollers_are_folded_in_the_list_of_joints_and_found(browser: Browser, rosorin: str) -> None:
+    browser.open(rosorin)
+    shown = "document.querySelector('[data-joint={}]').checkVisibility()"
+    roller = shown.format("rear_right_wheel_roller_5_joint")
+    assert browser.evaluate(shown.format("rear_right_wheel_joint"))
+    assert not browser.evaluate(roller)
+    browser.ask("press", key="/")
+    browser.ask("type", text="rear_right_wheel_roller_5")
+    browser.ask("press", key="Enter")
+    assert browser.evaluate(roller)
+    browser.click("[data-wheel=rear_right_wheel_link] summary")
+    assert not browser.evaluate(roller)
+
+
 def test_five_thousand_links_are_usable(browser: Browser, home: Path) -> None:
     names = [f"link_{number}" for number in range(5_000)]
     limit = Limit(-1.0, 1.0)

@@ -4,6 +4,7 @@ import { copy, element, section, toggle } from "../dom.js";
 import { isFree, zero } from "../kinematics.js";
 import { ofQuaternion, rpy } from "../transform.js";
 import { UNITS, kindOf, plain } from "../units.js";
+import { rollersByWheel } from "./tree.js";
 
 const TURN = [-Math.PI, Math.PI];
 const STEPS = 1000;
@@ -130,6 +131,7 @@ export class Joints {
   constructor(app) {
     this.app = app;
     this.root = element("div", { class: "pane" });
+    this.unfolded = new Set(); // wheels whose rollers are shown
   }
 
   draw() {
@@ -144,9 +146,38 @@ export class Joints {
     this.root.replaceChildren(
       section("Poses", element("div", { class: "buttons" }, ...buttons), element("div", { class: "buttons" }, element("button", { id: "copy-pose", title: "paste it below poses:", onclick: (event) => copy(this.yaml(), event.currentTarget) }, "copy this pose as YAML"))),
       ...(switches.length ? [section("Modes", ...switches)] : []),
-      section("Joints", ...(this.movers.length ? this.movers.map((one) => one.root) : [element("p", { class: "quiet" }, "nothing moves")])),
+      section("Joints", ...(this.movers.length ? this.#list() : [element("p", { class: "quiet" }, "nothing moves")])),
     );
     this.show();
+  }
+
+  /** Return the joints as they are listed: the rollers of a wheel are folded at the place of the first one. */
+  #list() {
+    const wheelOf = new Map([...rollersByWheel(this.app.robot)].flatMap(([wheel, joints]) => joints.map(({ name }) => [name, wheel])));
+    const folds = new Map();
+    const listed = new Set();
+    for (const { joint, root } of this.movers) {
+      const wheel = wheelOf.get(joint.name);
+      if (wheel && !folds.has(wheel)) folds.set(wheel, this.#fold(wheel));
+      folds.get(wheel)?.append(root);
+      listed.add(folds.get(wheel) ?? root);
+    }
+    for (const fold of folds.values()) fold.firstChild.append(`, ${fold.children.length - 1} rollers`);
+    return listed;
+  }
+
+  #fold(wheel) {
+    const toggled = ({ target }) => this.unfolded[target.open ? "add" : "delete"](wheel);
+    return element("details", { class: "rollers", "data-wheel": wheel, open: this.unfolded.has(wheel), ontoggle: toggled }, element("summary", {}, wheel));
+  }
+
+  /** Unfold the joint of the chosen frame, and scroll there; a joint that is not folded needs no help. */
+  reveal() {
+    const root = this.movers.find(({ joint }) => joint.child === this.app.selected)?.root;
+    const fold = root?.closest("details.rollers:not([open])");
+    if (!fold) return;
+    fold.open = true;
+    root.scrollIntoView({ block: "nearest" });
   }
 
   /** Return the current pose as an entry of `poses:`; joints at zero are left out. */

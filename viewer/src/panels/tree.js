@@ -23,14 +23,16 @@ function breakable(name) {
   return name.split(/(?<=[_/.-])/).flatMap((part) => [element("wbr"), part]).slice(1);
 }
 
-/** Return the links whose children are rollers: three or more that turn without limits and carry nothing. */
-export function wheelsWithRollers({ joints }) {
+/**
+ * Return the joints of passive rollers by the wheel that carries them: three or more that turn without limits and carry
+ * nothing, on a link that turns as well (the wheels of a base are no rollers).
+ */
+export function rollersByWheel({ joints }) {
   const carrying = new Set(joints.map((joint) => joint.parent));
-  const count = new Map();
-  for (const { type, parent, child } of joints) {
-    if (type === "continuous" && !carrying.has(child)) count.set(parent, (count.get(parent) ?? 0) + 1);
-  }
-  return [...count].filter(([, rollers]) => rollers >= ROLLERS).map(([parent]) => parent);
+  const turning = joints.filter(({ type }) => type === "continuous");
+  const wheels = new Map(turning.map(({ child }) => [child, []]));
+  for (const joint of turning) if (!carrying.has(joint.child)) wheels.get(joint.parent)?.push(joint);
+  return new Map([...wheels].filter(([, rollers]) => rollers.length >= ROLLERS));
 }
 
 /** Shows the frames of a robot as a tree; a click chooses one, and so do the arrows of the keyboard with Enter. */
@@ -48,7 +50,7 @@ export class Tree {
   /** Draw the tree that holds for the modes of now; what was folded stays so. */
   draw() {
     const { robot, modes } = this.app;
-    if (this.robotName !== robot.name) this.folded = new Set(wheelsWithRollers(robot));
+    if (this.robotName !== robot.name) this.folded = new Set(rollersByWheel(robot).keys());
     this.robotName = robot.name;
     const edges = edgesOf(robot, modes);
     const below = new Map();

@@ -169,6 +169,7 @@ def test_where_this_comes_from_leads_to_the_lines(browser: Browser, rosorin: str
     browser.wait("document.querySelectorAll('.chain table tr').length > 5")
     places = browser.evaluate("[...document.querySelectorAll('.chain .place')].map((one) => one.textContent)")
     assert any(place.endswith("lidar_and_imu.yaml:25") for place in places)
+    assert "x 0, y 0, z 1, w 0" in browser.evaluate("document.querySelector('.chain').textContent")
     copy_of_rosorin(home / "live")
     with Viewing(home / "live", "--port", "0") as viewing:
         browser.open(f"http://localhost:{viewing.port}/#select=laser")

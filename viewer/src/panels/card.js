@@ -24,6 +24,7 @@ export function place(where) {
   return element("span", {}, button, " ", link ?? "");
 }
 
+const COMPONENTS = { xyz: "x y z", rpy: "roll pitch yaw" };
 const PLACE = /^(.+?):(\d+):(\d+)(: .*)?$/;
 
 /** Return a cell of an explanation: a place in a file as a link, all else as text. */
@@ -34,18 +35,27 @@ function cell(text, folder) {
   return [place({ file, line: Number(line), column: Number(column), path }), rest ?? ""];
 }
 
+/** Return the numbers of a vector in one cell, each behind the name of its component: they are in no columns of places. */
+function components([title, ...numbers]) {
+  const [, heading, names] = /^(\w+) (x y z w)$/.exec(title) ?? [null, title, COMPONENTS[title]];
+  return [heading, numbers.map((number, index) => `${names.split(" ")[index]} ${number}`).join(", ")];
+}
+
 /** Return the lines of an explanation laid out: headings, sentences, and tables of values with their places. */
 export function laidOut(lines, folder) {
   const made = [];
-  let table = null;
+  let [table, title] = [null, ""];
   for (const line of lines) {
-    const cells = line.trim().split(/\s{2,}/);
+    let cells = line.trim().split(/\s{2,}/);
     const depth = line.length - line.trimStart().length;
     if (!line.trim()) table = null;
     else if (cells.length > 1) {
       if (!table) made.push((table = element("table", {})));
-      if (Number.isFinite(Number(cells[0]))) cells.unshift(""); // more values of the row above
-      table.append(element("tr", {}, element("th", {}, cells[0]), ...cells.slice(1).map((text) => element("td", {}, ...cell(text, folder)))));
+      if (Number.isFinite(Number(cells[0]))) cells.unshift(title); // the row above in another unit
+      [title] = cells;
+      const isVector = title in COMPONENTS || title.endsWith(" x y z w");
+      if (isVector) cells = components(cells);
+      table.append(element("tr", {}, element("th", {}, cells[0]), ...cells.slice(1).map((text) => element("td", { colspan: isVector && 3 }, ...cell(text, folder)))));
     } else {
       table = null;
       made.push(element(depth ? "p" : "h2", { style: `margin-left:${Math.min(depth, 6)}ch` }, ...cell(line.trim(), folder)));
@@ -103,7 +113,8 @@ export class Card {
       if (!lines.children.length) lines.replaceChildren(...laidOut(await explained(link.name), folder));
       if (!lines.children.length) lines.append("nothing is known of it");
     };
-    return element("details", { class: "chain", ontoggle: ask }, element("summary", {}, "where this comes from"), lines);
+    const units = element("p", { class: "quiet" }, "values are in m, rad and kg, whatever units the page shows");
+    return element("details", { class: "chain", ontoggle: ask }, element("summary", {}, "where this comes from"), units, lines);
   }
 
   #link(link) {

@@ -13,7 +13,7 @@ import { Joints } from "./panels/joints.js";
 import { Look, PAGE_THEMES, onKey } from "./panels/look.js";
 import { Tree, situationFor } from "./panels/tree.js";
 import { RobotView } from "./robot_view.js";
-import { Stage } from "./stage.js";
+import { Stage, VIEWS } from "./stage.js";
 import { UNITS } from "./units.js";
 import * as THREE from "three";
 
@@ -24,6 +24,7 @@ const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
 const ROOM = 300 + 240; // pixels for the right panel and the picture
+const SIDES = [0, 1, -1, 2].map((quarters) => (quarters * Math.PI) / 2); // turns of the camera around a part
 const LAYERS = ["visual", "collision", "sensors", "masses"];
 const LAYERS_AT_FIRST = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
 const PANELS = { tree: Tree, joints: Joints, look: Look };
@@ -67,6 +68,7 @@ export class App {
     this.units = "mm, deg";
     this.theme = "auto";
     this.shown = { ...LAYERS_AT_FIRST };
+    this.ray = new THREE.Raycaster();
     this.#layout(root);
     this.stage = new Stage(this.canvas);
     this.noPicture.hidden = Boolean(this.stage.renderer);
@@ -352,7 +354,7 @@ export class App {
   }
 
   lookFrom(view) {
-    this.stage.look(this.view.bounds(), view);
+    this.stage.look(this.view.bounds(), VIEWS[view], this.#room());
   }
 
   /** Draw the robot before as strongly: 0 is not at all, 1 as it is meant, 2 as if it were there, its colours as well. */
@@ -369,7 +371,36 @@ export class App {
     if (box.isEmpty()) return; // only another node knows where it is
     const isPoint = box.min.equals(box.max); // a frame without shapes is seen among what is near it
     box.expandByScalar((isPoint ? 0.3 : 0.08) * this.size);
-    this.stage.look(box);
+    this.stage.look(box, this.#directionTo(name, box), this.#room());
+  }
+
+  /** Return the direction to look at a link from: that of the camera, or else of the nearest side where nothing hides it. */
+  #directionTo(link, box) {
+    const centre = box.getCenter(new THREE.Vector3());
+    const now = this.stage.direction;
+    const isSeen = (direction) => {
+      this.ray.set(centre.clone().addScaledVector(direction, (2 * this.size) / direction.length()), direction.clone().negate().normalize());
+      return this.#hit()?.link === link;
+    };
+    const sides = SIDES.map((turn) => now.clone().applyAxisAngle(this.stage.camera.up, turn));
+    return sides.find(isSeen) ?? now;
+  }
+
+  /** Return the piece that the ray meets first. */
+  #hit() {
+    const [first] = this.ray.intersectObjects(this.view.group.children.filter((mesh) => mesh.visible), false);
+    return first && this.view.pieceAt(first);
+  }
+
+  /** Return the part of the canvas (pixels) that the card leaves free: above it or to the right, where there is more. */
+  #room() {
+    const { offsetLeft, offsetTop, offsetWidth } = this.card.root;
+    const { clientWidth, clientHeight } = this.canvas.parentElement;
+    if (!offsetWidth) return null;
+    const above = { left: 0, top: 0, width: clientWidth, height: offsetTop };
+    const besides = { left: offsetLeft + offsetWidth, top: 0, width: clientWidth - offsetLeft - offsetWidth, height: clientHeight };
+    const free = ({ width, height }) => Math.min(width, height);
+    return free(above) > free(besides) ? above : besides;
   }
 
   find() {
@@ -403,7 +434,6 @@ export class App {
   }
 
   #listen() {
-    const ray = new THREE.Raycaster();
     const markerAt = ({ clientX, clientY }) => {
       const far = (name) => Math.hypot(...this.stage.pixel(this.places.get(name).p).map((at, index) => at - [clientX, clientY][index]));
       const [nearest] = this.markers.names.filter((name) => this.places.has(name)).map((name) => [far(name), name]).sort(([one], [other]) => one - other);
@@ -413,9 +443,8 @@ export class App {
       if (!this.view) return null;
       const { left, top, width, height } = this.canvas.getBoundingClientRect();
       const at = new THREE.Vector2(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
-      ray.setFromCamera(at, this.stage.camera);
-      const hits = ray.intersectObjects(this.view.group.children.filter((mesh) => mesh.visible), false);
-      return hits.length ? this.view.pieceAt(hits[0]) : null;
+      this.ray.setFromCamera(at, this.stage.camera);
+      return this.#hit();
     };
     let down = null;
     this.canvas.addEventListener("pointerdown", (event) => {

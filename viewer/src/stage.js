@@ -79,6 +79,7 @@ export class Stage {
     this.#light();
     this.#ground();
     this.before = [];
+    this.offset = [0, 0]; // pixels from the middle of the canvas to that of the picture
     this.frames = { count: 0, last: 0, mean: 0, slow: 0 };
     this.coarse = false;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -143,21 +144,29 @@ export class Stage {
     this.touch(true);
   }
 
-  /** Look at a box from a named view, or go on looking from where the camera is. */
-  look(box, view = "") {
+  /**
+   * Look at a box from a direction, by default from where the camera is. `room` is the part of the canvas (pixels) in whose
+   * middle the box is seen; by default all of it.
+   */
+  look(box, direction = this.direction, room = null) {
+    const { clientWidth, clientHeight } = this.canvas.parentElement;
+    const { left, top, width, height } = room ?? { left: 0, top: 0, width: clientWidth, height: clientHeight };
+    this.offset = [clientWidth / 2 - left - width / 2, clientHeight / 2 - top - height / 2];
     this.resize();
     const sphere = box.getBoundingSphere(new THREE.Sphere());
     const radius = Math.max(sphere.radius, 0.02);
-    const from = VIEWS[view]
-      ? new THREE.Vector3(...VIEWS[view]).normalize()
-      : this.camera.position.clone().sub(this.controls.target).normalize();
-    const narrow = Math.min(1, this.camera.aspect);
-    const distance = radius / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2)) / narrow;
+    const share = Math.min(width, height) / clientHeight || 1; // without a height, nothing is drawn
+    const distance = radius / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2)) / share;
     this.controls.target.copy(sphere.center);
-    this.camera.position.copy(sphere.center).addScaledVector(from, distance * 1.06);
+    this.camera.position.copy(sphere.center).addScaledVector(new THREE.Vector3(...direction).normalize(), distance * 1.06);
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.touch();
+  }
+
+  /** The direction from what is looked at to the camera. */
+  get direction() {
+    return this.camera.position.clone().sub(this.controls.target);
   }
 
   /** Where the camera is, to be brought back by ``resume``. */
@@ -183,8 +192,7 @@ export class Stage {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (!clientWidth || !clientHeight) return;
     this.renderer?.setSize(clientWidth, clientHeight, false);
-    this.camera.aspect = clientWidth / clientHeight;
-    this.camera.updateProjectionMatrix();
+    this.camera.setViewOffset(clientWidth, clientHeight, ...this.offset, clientWidth, clientHeight);
     this.touch();
   }
 

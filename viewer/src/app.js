@@ -71,8 +71,8 @@ export class App {
     this.ray = new THREE.Raycaster();
     this.#layout(root);
     this.stage = new Stage(this.canvas);
-    this.noPicture.hidden = Boolean(this.stage.renderer);
     this.canvas.hidden = !this.stage.renderer;
+    this.#explainNoPicture();
     this.stage.before.push((camera) => this.frames.label(camera, this.canvas.parentElement));
     this.frames = new Frames(this.labels);
     this.stage.scene.add(this.frames.lines);
@@ -86,6 +86,7 @@ export class App {
     this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
     this.labels = element("div", { class: "labels" });
     this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true }, "There is no picture, because this browser has no WebGL 2 or cannot start it; the tree, the numbers and the messages are complete.");
+    this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true });
     this.grip = element("div", { class: "grip", role: "separator", tabindex: "0", "aria-orientation": "vertical", "aria-label": "width of the tree", "aria-valuemin": WIDTHS[0], "aria-valuemax": WIDTHS[1] });
     this.title = element("h1", {});
     this.status = element("small", { class: "status" });
@@ -337,6 +338,7 @@ export class App {
     this.#remember();
     const { shown } = this;
     this.view.show(shown);
+    this.#explainNoPicture();
     this.ghost?.show(shown);
     this.view.fade(this.ghost && shown.before ? Math.max(0, this.ghost.strength - 1) : 0);
     this.sensors.group.visible = shown.sensors;
@@ -344,6 +346,17 @@ export class App {
     this.frames.show(this.#frameNames(), 0.07 * this.size);
     this.#place();
     if (Object.keys(layers).length) this.panels.look.draw();
+  }
+
+  /** Say why the picture is empty, if it is. */
+  #explainNoPicture() {
+    const { renderer } = this.stage;
+    const drawn = this.view?.group.children ?? [];
+    const isHidden = drawn.length > 0 && drawn.every((mesh) => !mesh.visible);
+    const hint = isHidden ? "The shapes of this robot are hidden: show visuals (key v) or collision shapes (key c)." : "";
+    const text = renderer ? hint : "There is no picture, because this browser has no WebGL 2 or cannot start it; the tree, the numbers and the messages are complete. ☰ shows and hides them.";
+    this.noPicture.hidden = !text;
+    if (text !== this.noPicture.textContent) this.noPicture.textContent = text; // a screen reader reads each change
   }
 
   #frameNames() {

@@ -64,7 +64,8 @@ export class RobotView {
     this.ghost = ghost;
     this.pieces = [];
     this.links = new Map(robot.links.map((link) => [link.name, new THREE.Matrix4()]));
-    this.hasVisuals = !robot.collision_only;
+    const isThere = (shape) => shape.kind !== "mesh" || (meshes.table[shape.mesh] && !meshes.table[shape.mesh].missing);
+    this.hasVisuals = !robot.collision_only && robot.links.some((link) => link.visual.some(isThere));
     this.marks = { selected: "", hovered: "", touching: new Set() };
     this.shown = { visual: true, collision: false };
     this.faded = 0;

@@ -219,6 +219,22 @@ def test_rollers_are_folded_in_the_list_of_joints_and_found(browser: Browser, ro
     assert not browser.evaluate(roller)
 
 
+def test_an_empty_picture_is_explained(browser: Browser, rosorin: str, home: Path) -> None:
+    browser.open(rosorin)
+    hint = "document.querySelector('.nopicture').checkVisibility()"
+    assert not browser.evaluate(hint)
+    browser.click("#show-collision")
+    assert browser.evaluate(hint)
+    (home / "meshes.yaml").write_text(
+        "robot: r\nlinks: {a: {visual: [{mesh: {file: a.stl}}], collision: [{box: {size: [1, 1, 1]}}]}}\n"
+    )
+    (home / "a.stl").write_bytes(bytes(84))
+    assert main(["view", "meshes.yaml", "--html", "meshes.html", "--no-meshes"]) == 0
+    browser.open(f"file://{home}/meshes.html")
+    assert "made without meshes" in browser.evaluate("document.querySelector('.warnings').textContent")
+    assert browser.evaluate("[app.shown.visual, app.shown.collision]") == [False, True]
+
+
 def test_five_thousand_links_are_usable(browser: Browser, home: Path) -> None:
     names = [f"link_{number}" for number in range(5_000)]
     limit = Limit(-1.0, 1.0)

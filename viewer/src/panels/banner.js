@@ -26,6 +26,13 @@ function missing(table = {}) {
   return Object.entries(table).filter(([, entry]) => entry.missing).map(([name, entry]) => ({ text: `${name} is not shown: ${entry.missing}` }));
 }
 
+/** Return what there is to say of a page that was made without meshes, such as with --no-meshes. */
+function withoutMeshes({ links, meshes }) {
+  const isLeftOut = ({ kind, mesh }) => kind === "mesh" && !meshes[mesh];
+  const some = links.some(({ visual, collision }) => [...visual, ...collision].some(isLeftOut));
+  return some ? [{ text: "this page was made without meshes: parts that are drawn from mesh files are not shown" }] : [];
+}
+
 /** Return the link that a warning is about: the first one that it names, or else the one that is defined above its line. */
 export function partOf(robot, text, where) {
   const names = new Map([...robot.joints.map(({ name, child }) => [name, child]), ...robot.sensors.map(({ name, frame }) => [name, frame]), ...robot.links.map(({ name }) => [name, name])]);
@@ -56,11 +63,12 @@ export class Warnings {
   show(robot) {
     const { warnings = [], meshes, textures } = robot;
     const [lost, pale] = [missing(meshes), missing(textures)];
-    const every = [...lost, ...pale, ...warnings];
+    const none = withoutMeshes(robot);
+    const every = [...none, ...lost, ...pale, ...warnings];
     const said = JSON.stringify(every);
     if (said === this.said) return;
     this.said = said;
-    const counts = [counted(lost.length, "mesh is not shown", "meshes are not shown"), counted(pale.length, "image is not shown", "images are not shown"), counted(warnings.length, "warning", "warnings")];
+    const counts = [none.length ? "no meshes in this page" : "", counted(lost.length, "mesh is not shown", "meshes are not shown"), counted(pale.length, "image is not shown", "images are not shown"), counted(warnings.length, "warning", "warnings")];
     this.line.textContent = this.count.textContent = counts.filter(Boolean).join(", ");
     this.root.hidden = this.list.hidden = !every.length;
     this.root.replaceChildren(...(every.length ? [this.line, this.close] : []));

@@ -30,9 +30,9 @@ export class Look {
   draw() {
     const { app } = this;
     const layers = Object.entries(LAYERS).map(([name, [label, key]]) => {
-      const disabled = name === "sensors" && !app.robot.sensors.length;
-      const title = disabled ? "this robot has no sensors" : `key ${key}`;
-      return toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title, disabled });
+      const missing = { sensors: !app.robot.sensors.length && "sensors", visual: !app.robot.links.some(({ visual }) => visual.length) && "visuals" }[name];
+      const title = missing ? `this robot has no ${missing}` : `key ${key}`;
+      return toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title, disabled: Boolean(missing) });
     });
     const views = Object.keys(VIEWS).map((view, index) =>
       element("button", { onclick: () => app.lookFrom(view), title: `key ${index + 1}`, "data-view": view }, view),

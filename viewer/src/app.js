@@ -140,7 +140,7 @@ export class App {
     this.touching = new Set();
     this.#place();
     this.#measure();
-    if (!this.places.has(this.selected) && !this.edgeTo(this.selected)) this.selected = "";
+    if (!this.places.has(this.selected) && !this.edgesTo(this.selected).length) this.selected = "";
     this.title.textContent = robot.name;
     document.title = robot.name;
     this.problem.show("");
@@ -299,9 +299,9 @@ export class App {
     this.card.draw();
   }
 
-  /** Return the edge to a frame as it is published in the modes of now. */
-  edgeTo(frame) {
-    return situationFor(this.robot, this.modes)?.edges.find((edge) => edge.child === frame);
+  /** Return the edges to a frame as they are published in the modes of now; a frame can have several parents. */
+  edgesTo(frame) {
+    return situationFor(this.robot, this.modes)?.edges.filter((edge) => edge.child === frame) ?? [];
   }
 
   select(name) {
@@ -380,7 +380,7 @@ export class App {
   fly(name) {
     const box = this.ghost?.boundsOf(name) ?? new THREE.Box3();
     if (this.places.has(name)) box.union(this.view.boundsOf(name));
-    this.select(this.places.has(name) || this.edgeTo(name) ? name : "");
+    this.select(this.places.has(name) || this.edgesTo(name).length ? name : "");
     if (box.isEmpty()) return; // only another node knows where it is
     const isPoint = box.min.equals(box.max); // a frame without shapes is seen among what is near it
     box.expandByScalar((isPoint ? 0.3 : 0.08) * this.size);

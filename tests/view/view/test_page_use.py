@@ -219,6 +219,15 @@ def test_rollers_are_folded_in_the_list_of_joints_and_found(browser: Browser, ro
     assert not browser.evaluate(roller)
 
 
+def test_the_row_that_is_clicked_is_marked(browser: Browser, rosorin: str) -> None:
+    browser.open(rosorin)
+    marked = "[...document.querySelectorAll('.row.selected')].map((row) => row.dataset.parent)"
+    for parent in ("odom", "base_footprint"):
+        browser.click(f"{row('base_link')}[data-parent={parent}]")
+        assert browser.evaluate(marked) == [parent]
+    assert "ekf, /tf (in odom)" in browser.evaluate("document.querySelector('.card').innerText")
+
+
 def test_an_empty_picture_is_explained(browser: Browser, rosorin: str, home: Path) -> None:
     browser.open(rosorin)
     hint = "document.querySelector('.nopicture').checkVisibility()"

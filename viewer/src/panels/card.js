@@ -97,9 +97,10 @@ export class Card {
     const sensor = robot.sensors.find((one) => one.frame === name || one.optical_frame === name);
     const head = element("header", {}, element("b", {}, name), element("button", { class: "close", "aria-label": "close", onclick: () => app.select("") }, "×"));
     const body = link
-      ? element("table", {}, ...this.#link(link), ...this.#joint(joint), ...this.#sensor(sensor), ...this.#measured(name))
-      : element("p", { class: "quiet" }, "a frame of another node: only that one knows where it is");
-    this.root.replaceChildren(head, body, this.#chain(link), this.#tools(link));
+      ? [...this.#link(link), ...this.#joint(joint), ...this.#publishers(name), row("source", joint?.source), ...this.#sensor(sensor), ...this.#measured(name)]
+      : this.#publishers(name);
+    const foreign = link ? "" : element("p", { class: "quiet" }, "a frame of another node: only that one knows where it is");
+    this.root.replaceChildren(head, element("table", {}, ...body), foreign, this.#chain(link), this.#tools(link));
   }
 
   /** The lines of the description that put the frame where it is; a live page asks for them when it is unfolded. */
@@ -134,17 +135,21 @@ export class Card {
     const { units } = this.app;
     const kind = joint.type === "prismatic" ? length : angle;
     const { lower, upper } = joint.limit ?? {};
-    const edge = this.app.edgeTo(joint.child);
-    const who = edge && (edge.published ? `${edge.publisher}, ${edge.topic}` : `nobody${edge.why ? `: ${edge.why}` : ""}`);
     return [
       row("joint", `${joint.name}, ${joint.type} in ${joint.parent}`),
       row("origin", `${vector(joint.xyz, units)}; ${vector(joint.rpy, units, "angle")}`),
       ...(joint.type === "fixed" ? [] : [this.#moving("now", () => this.#way(joint.parent, joint.child))]),
       row("limits", Number.isFinite(lower) && `${kind(lower, units)} to ${kind(upper, units)}`),
-      row("follows", joint.mimic && `${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}`),
-      row("publisher", who),
-      row("source", joint.source),
+      row("follows", joint.mimic && `${joint.mimic.multiplier} × ${joint.mimic.joint}${joint.mimic.offset ? ` + ${kind(joint.mimic.offset, units)}` : ""}`),
     ];
+  }
+
+  /** Who publishes the frame: in its parent, or in each of several. */
+  #publishers(name) {
+    const edges = this.app.edgesTo(name);
+    const inParent = ({ parent, joint }) => (joint && edges.length === 1 ? "" : ` (in ${parent})`); // a joint names its parent
+    const who = ({ published, publisher, topic, why }) => (published ? `${publisher}, ${topic}` : `nobody${why ? `: ${why}` : ""}`);
+    return edges.map((edge) => row("publisher", who(edge) + inParent(edge)));
   }
 
   #sensor(sensor) {

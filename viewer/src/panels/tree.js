@@ -60,7 +60,7 @@ export class Tree {
       below.get(edge.parent).push(edge);
     }
     const tops = [...new Set([...below.keys(), robot.root])].filter((name) => !children.has(name));
-    this.rows = new Map();
+    this.rows = new Map(); // of a frame with several parents, the first one
     this.nodes = [];
     const waiting = tops.reverse().map((name) => [name, null, -1]);
     while (waiting.length) {
@@ -88,7 +88,7 @@ export class Tree {
     const title = edge ? [`${edge.parent} → ${edge.child}`, joint, by].filter(Boolean).join("\n") : name;
     return element(
       "li",
-      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${depth}` },
+      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "data-parent": edge?.parent, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${depth}` },
       element("i", { class: unfolds ? "twist" : "twist none", "aria-hidden": "true" }),
       dot(colour),
       element("span", {}, ...breakable(name)),
@@ -100,7 +100,20 @@ export class Tree {
     const row = event.target.closest(".row");
     if (!row) return;
     if (event.target.classList.contains("twist")) this.fold(row.dataset.frame);
-    else this.app.select(row.dataset.frame);
+    else this.#choose(row);
+  }
+
+  /** Choose the frame of a row; of those of a frame with several parents, this one is marked. */
+  #choose(row) {
+    this.chosen = { name: row.dataset.frame, parent: row.dataset.parent };
+    this.app.select(row.dataset.frame);
+  }
+
+  /** Return the row of the chosen frame. */
+  get #selected() {
+    const { selected } = this.app;
+    const isChosen = ({ row: { dataset } }) => dataset.frame === selected && dataset.parent === this.chosen.parent;
+    return (this.chosen?.name === selected && this.nodes.find(isChosen)?.row) || this.rows.get(selected);
   }
 
   #key(event) {
@@ -109,7 +122,7 @@ export class Tree {
     const at = rows.indexOf(row);
     const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: rows.length - 1 }[event.key];
     const folds = { ArrowLeft: "true", ArrowRight: "false" }[event.key];
-    if (event.key === "Enter" || event.key === " ") this.app.select(row.dataset.frame);
+    if (event.key === "Enter" || event.key === " ") this.#choose(row);
     else if (folds) row.getAttribute("aria-expanded") === folds && this.fold(row.dataset.frame);
     else if (to === undefined) return;
     else rows[to]?.focus();
@@ -155,24 +168,20 @@ export class Tree {
 
   mark() {
     if (!this.rows) return;
-    const { selected, touching } = this.app;
     for (const row of this.marked) row.classList.remove("selected", "touching");
-    this.marked = new Set();
-    for (const [kind, names] of [["selected", [selected]], ["touching", touching]]) {
-      for (const name of names) {
-        const row = this.rows.get(name);
-        row?.classList.add(kind);
-        if (row) this.marked.add(row);
-      }
-    }
+    const touching = [...this.app.touching].map((name) => this.rows.get(name)).filter(Boolean);
+    const selected = [this.#selected].filter(Boolean);
+    for (const row of touching) row.classList.add("touching");
+    for (const row of selected) row.classList.add("selected");
+    this.marked = new Set([...touching, ...selected]);
   }
 
   /** Unfold the way to the chosen frame, and scroll there. */
   reveal() {
-    const { selected } = this.app;
-    let at = this.nodes?.find(({ name }) => name === selected);
+    const row = this.rows && this.#selected;
+    let at = this.nodes?.find((node) => node.row === row);
     if (!at) return;
     for (at = this.nodes[at.above]; at; at = this.nodes[at.above]) if (this.folded.has(at.name)) this.fold(at.name);
-    this.rows.get(selected).scrollIntoView({ block: "nearest" });
+    row.scrollIntoView({ block: "nearest" });
   }
 }

@@ -421,7 +421,7 @@ export class App {
     this.panels.tree.search.focus();
   }
 
-  /** Use other units or colours. */
+  /** Use other units or another theme. */
   use(settings) {
     Object.assign(this, settings);
     this.#remember();

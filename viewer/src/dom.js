@@ -26,7 +26,7 @@ export function dot(colour) {
   return element("i", { class: "dot", style: `background:${colour}` });
 }
 
-const folded = new Set();
+const folded = new Set(["Help"]); // titles
 
 /** Return a section of a panel: a heading that folds what is below; it stays folded when the panel is drawn anew. */
 export function section(title, ...children) {

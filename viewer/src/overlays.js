@@ -5,7 +5,7 @@ import { matrix } from "./geometry.js";
 import { ellipsoid } from "./inertia.js";
 import { ofPose, then } from "./transform.js";
 
-const AXES = [0xe5484d, 0x30a46c, 0x3e63dd];
+export const AXES = [0xe5484d, 0x30a46c, 0x3e63dd];
 const MAX_LABELS = 80; // names that are placed at once
 const LINE = 13; // pixels from a name to the next one below
 const LINES = 4;
@@ -155,7 +155,7 @@ function box({ size }) {
   return [new THREE.LineSegments(new THREE.EdgesGeometry(solid), new THREE.LineBasicMaterial({ color: 0xe93d82 }))];
 }
 
-const MARKS = { sensor: [0x8e4ec6, 11], empty: [0x7d8a97, 8] }; // colour, pixels; also in rosorin_compile/viewer/picture/render.py
+export const MARKS = { sensor: [0x8e4ec6, 11], empty: [0x7d8a97, 8] }; // colour, pixels; also in rosorin_compile/viewer/picture/render.py
 
 /** Return an image of a round spot. */
 function spot() {

@@ -1,6 +1,8 @@
 /** What is drawn, from where, in which units and colours. */
 
-import { copy, element, section, toggle } from "../dom.js";
+import { COLLISION, GHOST, SELECTED, TOUCHING } from "../colours.js";
+import { copy, dot, element, section, toggle } from "../dom.js";
+import { AXES, MARKS } from "../overlays.js";
 import { VIEWS } from "../stage.js";
 import { UNITS } from "../units.js";
 
@@ -18,6 +20,30 @@ function choice(label, options, value, onchange) {
   for (const [key, text] of Object.entries(options)) list.append(element("option", { value: key, selected: key === value }, text));
   return element("label", { class: "choice" }, label, list);
 }
+
+/** Return what colours and markers mean: spots, each with words. */
+function legend({ robot, before }) {
+  const css = (number) => `#${number.toString(16).padStart(6, "0")}`;
+  const entries = [
+    ...["x", "y", "z"].map((axis, index) => [AXES[index], `axis ${axis} of a frame`]),
+    [MARKS.sensor[0], "a sensor"],
+    [MARKS.empty[0], "a frame without shapes"],
+    [SELECTED, "what is chosen"],
+    [TOUCHING, "parts that touch"],
+    [COLLISION, "collision shapes over visuals"],
+    ...(before ? [[GHOST, "the robot before"]] : []),
+  ];
+  const list = (title, spots) => [element("h2", {}, title), element("ul", {}, ...spots.map(([colour, text]) => element("li", {}, dot(colour), element("span", {}, text))))];
+  const publishers = Object.entries(robot.publishers).map(([name, colour]) => [colour, name]);
+  return [...list("In the picture", entries.map(([colour, text]) => [css(colour), text])), ...(publishers.length ? list("In the tree: who publishes a frame", publishers) : [])];
+}
+
+const WORDS = {
+  "Names in italics": "no node of the robot publishes the frame.",
+  "Stand-in": "nobody has measured this value yet.",
+  "Mouse": "drag to turn, right-drag to shift, scroll to come nearer.",
+  "Keys": "f frames, h home view, / search, n and N next and previous change, Escape ends measuring or clears the selection.",
+};
 
 /** The panel of looks. */
 export class Look {
@@ -42,7 +68,8 @@ export class Look {
     this.root.replaceChildren(
       section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames })), this.touching),
       section("Look from", element("div", { class: "buttons" }, ...views)),
-      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", PAGE_THEMES, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
+      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("theme", PAGE_THEMES, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
+      section("Help", element("div", { class: "legend" }, ...legend(app), ...Object.entries(WORDS).map(([word, text]) => element("p", {}, element("b", {}, word), `: ${text}`)))),
     );
   }
 

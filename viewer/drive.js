@@ -122,6 +122,7 @@ const ANSWERS = {
   evaluate: async ({ code }) => ({ found: (await page.evaluate(code)) ?? null }),
   wait: async ({ code }) => void (await page.waitForFunction(code)),
   click: async ({ at, on, count = 1 }) => void (await page.mouse.click(...(at ?? (await middle(on))), { count })),
+  move: async ({ at }) => void (await page.mouse.move(...at)),
   drag: async ({ on, to }) => {
     await page.mouse.move(...(await middle(on)));
     await page.mouse.down();

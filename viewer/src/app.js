@@ -20,6 +20,7 @@ import * as THREE from "three";
 const CLICK = 5; // pixels that a pointer may move between down and up
 const NEAR = 8; // pixels from a click to the marker that it means
 const REMEMBER = 150; // ms after a change until the address has it
+const POINTED = 40; // ms after a move of the pointer until it is known what it is on
 const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
@@ -85,7 +86,7 @@ export class App {
   #layout(root) {
     this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
     this.labels = element("div", { class: "labels" });
-    this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true }, "There is no picture, because this browser has no WebGL 2 or cannot start it; the tree, the numbers and the messages are complete.");
+    this.pointed = element("div", { class: "pointed", hidden: true }); // the name of what the pointer is on
     this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true });
     this.grip = element("div", { class: "grip", role: "separator", tabindex: "0", "aria-orientation": "vertical", "aria-label": "width of the tree", "aria-valuemin": WIDTHS[0], "aria-valuemax": WIDTHS[1] });
     this.title = element("h1", {});
@@ -99,7 +100,7 @@ export class App {
     this.root = root;
     root.replaceChildren(
       element("nav", { class: "side left", "aria-label": "frames" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.panels.tree.root),
-      element("main", {}, this.canvas, this.labels, this.noPicture, this.grip, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
+      element("main", {}, this.canvas, this.labels, this.pointed, this.noPicture, this.grip, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
       element("nav", { class: "side right", "aria-label": "controls" }, this.panels.look.root, this.panels.joints.root),
     );
     if (NARROW.matches) root.classList.add("no-left", "no-right");
@@ -469,8 +470,30 @@ export class App {
       if (this.robot && down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.select(markerAt(event) || (pieceAt(event)?.link ?? ""));
       down = null;
     });
-    this.canvas.addEventListener("pointermove", (event) => {
-      if (this.robot && !event.buttons) this.hover(pieceAt(event)?.link ?? "");
+    const point = (event) => {
+      const name = event ? markerAt(event) || (pieceAt(event)?.link ?? "") : "";
+      this.hover(name);
+      this.pointed.hidden = !name;
+      if (!name) return;
+      this.pointed.textContent = name;
+      const { left, top, width } = this.canvas.getBoundingClientRect();
+      const x = Math.min(event.clientX - left + 14, width - this.pointed.offsetWidth - 4);
+      this.pointed.style.transform = `translate(${x}px, ${event.clientY - top + 16}px)`;
+    };
+    let waiting = null;
+    let last = null; // the event that is answered next: null where the pointer is elsewhere, or drags
+    const later = (event) => {
+      last = event;
+      waiting ??= setTimeout(() => {
+        waiting = null;
+        if (this.robot) point(last);
+      }, POINTED);
+    };
+    this.canvas.addEventListener("pointermove", (event) => later(event.buttons || event.pointerType === "touch" ? null : event));
+    this.canvas.addEventListener("pointerleave", () => {
+      clearTimeout(waiting); // at once: a row of the tree may be pointed at next
+      waiting = null;
+      point(null);
     });
     window.addEventListener("hashchange", () => this.robot && this.#beginAgain());
     window.addEventListener("keydown", (event) => this.robot && onKey(this, event));

@@ -228,6 +228,19 @@ def test_the_row_that_is_clicked_is_marked(browser: Browser, rosorin: str) -> No
     assert "ekf, /tf (in odom)" in browser.evaluate("document.querySelector('.card').innerText")
 
 
+def test_fly_there_shows_a_part_beside_the_card_and_the_pointer_its_name(browser: Browser, rosorin: str) -> None:
+    browser.open(rosorin)
+    browser.click(row("front_left_wheel_link"))  # hidden by the base in the first view
+    browser.click(".card footer button:last-child")
+    browser.evaluate("window.box = app.view.boundsOf('front_left_wheel_link')")
+    at = browser.evaluate("app.stage.pixel(box.min.add(box.max).multiplyScalar(0.5).toArray())")
+    assert at[1] < browser.evaluate("document.querySelector('.card').getBoundingClientRect().top")
+    browser.ask("move", at=at)
+    browser.wait("document.querySelector('.pointed').textContent === 'front_left_wheel_link'")
+    browser.ask("move", at=[100, 100])
+    browser.wait("document.querySelector('.pointed').hidden")
+
+
 def test_an_empty_picture_is_explained(browser: Browser, rosorin: str, home: Path) -> None:
     browser.open(rosorin)
     hint = "document.querySelector('.nopicture').checkVisibility()"

@@ -5,31 +5,31 @@ export const UNITS = {
   "m, rad": { length: ["m", 1, 5], angle: ["rad", 1, 5] },
 };
 
-/** Return a value (m or rad) in a unit of the table above. */
-export function plain(value, unit) {
-  return shown(unit, value);
+/** Return the digits that the page shows of a value (m or rad) in a unit of the table above. */
+export function digits(value, [, factor, places]) {
+  const number = (value * factor).toFixed(places).replace(/\.?0+$/, "");
+  return number === "-0" ? "0" : number;
 }
 
-function shown([unit, factor, digits], value) {
-  const number = (value * factor).toFixed(digits).replace(/\.?0+$/, "");
-  return `${number === "-0" ? "0" : number} ${unit}`;
+/** Return a value (m or rad) in a unit of the table above. */
+export function plain(value, unit) {
+  return `${digits(value, unit)} ${unit[0]}`;
 }
 
 /** Return a length (m) with its unit. */
 export function length(value, units) {
-  return shown(UNITS[units].length, value);
+  return plain(value, UNITS[units].length);
 }
 
 /** Return an angle (rad) with its unit. */
 export function angle(value, units) {
-  return shown(UNITS[units].angle, value);
+  return plain(value, UNITS[units].angle);
 }
 
 /** Return several numbers of one kind, the unit once. */
 export function vector(values, units, kind = "length") {
-  const [unit] = UNITS[units][kind];
-  const numbers = values.map((value) => shown(UNITS[units][kind], value).replace(` ${unit}`, ""));
-  return `${numbers.join("  ")} ${unit}`;
+  const unit = UNITS[units][kind];
+  return `${values.map((value) => digits(value, unit)).join("  ")} ${unit[0]}`;
 }
 
 /** Return the kind of unit that a coordinate of a joint has. */
@@ -47,8 +47,8 @@ const FEWEST = 5; // digits of a number that was printed with six
 /** Return numbers with as few digits as show their difference. */
 function apart(values) {
   const difference = Math.abs(values[1] - values[0]);
-  for (let digits = FEWEST; digits < 17; digits += 1) {
-    const [before, after] = values.map((value) => Number(value.toPrecision(digits)));
+  for (let precision = FEWEST; precision < 17; precision += 1) {
+    const [before, after] = values.map((value) => Number(value.toPrecision(precision)));
     if (Math.abs(Math.abs(after - before) - difference) <= 0.05 * difference) return [before, after];
   }
   return values;

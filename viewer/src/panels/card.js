@@ -1,9 +1,10 @@
 /** The card of what is chosen: what it is, its numbers, the lines that say so; and the way between two frames. */
 
 import { copy, dot, element } from "../dom.js";
+import { position } from "../kinematics.js";
 import { explained } from "../live.js";
 import { inverse, rpy, then } from "../transform.js";
-import { angle, length, vector } from "../units.js";
+import { UNITS, angle, kindOf, length, plain, vector } from "../units.js";
 
 /** Return two colours as spots: what was, and what is; nothing for a change of something else. */
 export function swatches(colours) {
@@ -24,6 +25,7 @@ export function place(where) {
   return element("span", {}, button, " ", link ?? "");
 }
 
+const HALF_TURN = 1e-9 - Math.PI;
 const COMPONENTS = { xyz: "x y z", rpy: "roll pitch yaw" };
 const PLACE = /^(.+?):(\d+):(\d+)(: .*)?$/;
 
@@ -138,6 +140,7 @@ export class Card {
     return [
       row("joint", `${joint.name}, ${joint.type} in ${joint.parent}`),
       row("origin", `${vector(joint.xyz, units)}; ${vector(joint.rpy, units, "angle")}`),
+      ...(joint.axis && joint.type !== "planar" ? [this.#moving("position", () => this.#position(joint))] : []),
       ...(joint.type === "fixed" ? [] : [this.#moving("now", () => this.#way(joint.parent, joint.child))]),
       row("limits", Number.isFinite(lower) && `${kind(lower, units)} to ${kind(upper, units)}`),
       row("follows", joint.mimic && `${joint.mimic.multiplier} × ${joint.mimic.joint}${joint.mimic.offset ? ` + ${kind(joint.mimic.offset, units)}` : ""}`),
@@ -150,6 +153,12 @@ export class Card {
     const inParent = ({ parent, joint }) => (joint && edges.length === 1 ? "" : ` (in ${parent})`); // a joint names its parent
     const who = ({ published, publisher, topic, why }) => (published ? `${publisher}, ${topic}` : `nobody${why ? `: ${why}` : ""}`);
     return edges.map((edge) => row("publisher", who(edge) + inParent(edge)));
+  }
+
+  /** Return the position of a joint of one coordinate as its number box has it; followers have no box. */
+  #position(joint) {
+    const { state, kinematics, units } = this.app;
+    return plain(position(joint, state, kinematics.byName), UNITS[units][kindOf(joint.type)]);
   }
 
   #sensor(sensor) {
@@ -168,10 +177,11 @@ export class Card {
     return then(inverse(places.get(source)), places.get(target));
   }
 
-  /** Return the way from one frame to another in words, at the joint positions of now. */
+  /** Return the way from one frame to another in words, at the joint positions of now; half a turn is 180 deg, never -180. */
   #way(source, target) {
     const between = this.#between(source, target);
-    return `${vector(between.p, this.app.units)}; ${vector(rpy(between), this.app.units, "angle")}`;
+    const angles = rpy(between).map((turn) => (turn < HALF_TURN ? Math.PI : turn));
+    return `${vector(between.p, this.app.units)}; ${vector(angles, this.app.units, "angle")}`;
   }
 
   #tools(link) {

@@ -3,7 +3,7 @@
 import { copy, element, section, toggle } from "../dom.js";
 import { isFree, zero } from "../kinematics.js";
 import { ofQuaternion, rpy } from "../transform.js";
-import { UNITS, kindOf, plain } from "../units.js";
+import { UNITS, digits, kindOf, plain } from "../units.js";
 import { rollersByWheel } from "./tree.js";
 
 const TURN = [-Math.PI, Math.PI];
@@ -90,8 +90,8 @@ class Mover {
   /** Make each box wide enough for its value and its range; a drag of the slider does not change the width. */
   fit() {
     for (const { kind, low, high, number, unit } of this.sliders) {
-      const [word, factor, digits] = UNITS[this.app.units][kind];
-      const texts = [number.value, ...[low, high].map((value) => (value * factor).toFixed(digits))];
+      const [word, factor, places] = UNITS[this.app.units][kind];
+      const texts = [number.value, ...[low, high].map((value) => (value * factor).toFixed(places))];
       number.style.width = `${Math.max(...texts.map((text) => text.length + 4), 8)}ch`;
       const { servo } = this.joint;
       if (servo) unit.style.width = `${word.length + String(servo.range[1]).length + 6}ch`;
@@ -107,11 +107,11 @@ class Mover {
       this.values = [...at.slice(0, -4), ...rpy(ofQuaternion([0, 0, 0], at.slice(-4)))];
     }
     this.sliders.forEach(({ kind, range, number, unit }, index) => {
-      const [word, factor, digits] = UNITS[this.app.units][kind];
+      const measure = UNITS[this.app.units][kind];
       range.value = this.values[index];
-      number.value = Number((this.values[index] * factor).toFixed(digits));
+      number.value = digits(this.values[index], measure);
       const servo = pulse(this.joint.servo, this.values[index]);
-      unit.textContent = servo === null ? word : `${word} · pulse ${servo}`;
+      unit.textContent = servo === null ? measure[0] : `${measure[0]} · pulse ${servo}`;
     });
     const { lower, upper } = this.joint.limit ?? {};
     const beyond = this.sliders.length === 1 && (this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9);

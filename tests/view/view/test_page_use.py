@@ -228,6 +228,22 @@ def test_the_row_that_is_clicked_is_marked(browser: Browser, rosorin: str) -> No
     assert "ekf, /tf (in odom)" in browser.evaluate("document.querySelector('.card').innerText")
 
 
+def test_measuring_ends_by_escape_and_from_another_card(browser: Browser, rosorin: str) -> None:
+    browser.open(rosorin)
+    browser.click(row("laser"))
+    browser.click("#measure")
+    browser.click(row("link3"))
+    card = "document.querySelector('.card').innerText"
+    assert "170.35 mm" in browser.evaluate(card)
+    browser.click("#measure")
+    assert "170.35 mm" not in browser.evaluate(card)
+    browser.click("#measure")
+    browser.ask("press", key="Escape")
+    assert browser.evaluate("[app.card.from, app.selected]") == ["", "link3"]
+    browser.ask("press", key="Escape")
+    assert browser.evaluate("app.selected") == ""
+
+
 def test_fly_there_shows_a_part_beside_the_card_and_the_pointer_its_name(browser: Browser, rosorin: str) -> None:
     browser.open(rosorin)
     browser.click(row("front_left_wheel_link"))  # hidden by the base in the first view

@@ -92,12 +92,17 @@ export class Card {
     const { app } = this;
     this.changing = [];
     const { robot, selected: name } = app;
+    if (!app.places?.has(this.from)) this.from = "";
     this.root.hidden = !name;
     if (!name) return;
     const link = robot.links.find((one) => one.name === name);
     const joint = robot.joints.find((one) => one.child === name);
     const sensor = robot.sensors.find((one) => one.frame === name || one.optical_frame === name);
-    const head = element("header", {}, element("b", {}, name), element("button", { class: "close", "aria-label": "close", onclick: () => app.select("") }, "×"));
+    const close = () => {
+      this.from = "";
+      app.select("");
+    };
+    const head = element("header", {}, element("b", {}, name), element("button", { class: "close", "aria-label": "close", onclick: close }, "×"));
     const body = link
       ? [...this.#link(link), ...this.#joint(joint), ...this.#publishers(name), row("source", joint?.source), ...this.#sensor(sensor), ...this.#measured(name)]
       : this.#publishers(name);
@@ -184,15 +189,18 @@ export class Card {
     return `${vector(between.p, this.app.units)}; ${vector(angles, this.app.units, "angle")}`;
   }
 
+  /** Measure from a frame to whatever is chosen next; "": end that. */
+  measure(from) {
+    this.from = from;
+    this.draw();
+  }
+
   #tools(link) {
-    if (!link) return "";
-    const { name } = link;
-    const measuring = this.from === name;
-    const measure = () => {
-      this.from = measuring ? "" : name;
-      this.draw();
-    };
-    const hint = measuring ? "choose another frame: it is measured from here" : "measure from here";
-    return element("footer", {}, element("button", { class: measuring ? "on" : "", onclick: measure }, hint), element("button", { onclick: () => this.app.fly(name) }, "fly there"));
+    const { from, app } = this;
+    if (!link && !from) return "";
+    const hint = from === app.selected ? "choose another frame: it is measured from here" : from ? `end measuring from ${from}` : "measure from here";
+    const title = "each frame that is chosen then, in the picture or in the tree, is measured from this one; Escape or a second press ends it";
+    const measure = element("button", { class: from ? "on" : "", id: "measure", title, onclick: () => this.measure(from ? "" : link.name) }, hint);
+    return element("footer", {}, measure, link && element("button", { onclick: () => app.fly(link.name) }, "fly there"));
   }
 }

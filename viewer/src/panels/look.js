@@ -90,6 +90,7 @@ export function onKey(app, event) {
   else if (view) app.lookFrom(view);
   else if (event.key === "b" && app.ghost) app.show({ before: !app.shown.before });
   else if (event.key === "n" || event.key === "N") app.changesPanel.next(event.key === "n" ? 1 : -1);
+  else if (event.key === "Escape" && app.card.from) app.card.measure("");
   else if (event.key === "Escape") app.select("");
   else if (event.key === "h" || event.key === "Home") app.lookFrom("iso");
   else if (event.key === "/") app.find();

@@ -123,6 +123,7 @@ const ANSWERS = {
   wait: async ({ code }) => void (await page.waitForFunction(code)),
   click: async ({ at, on, count = 1 }) => void (await page.mouse.click(...(at ?? (await middle(on))), { count })),
   move: async ({ at }) => void (await page.mouse.move(...at)),
+  size: async ({ width, height }) => void (await page.setViewport({ width, height })),
   drag: async ({ on, to }) => {
     await page.mouse.move(...(await middle(on)));
     await page.mouse.down();

@@ -73,6 +73,7 @@ export class App {
     this.#layout(root);
     this.stage = new Stage(this.canvas);
     this.canvas.hidden = !this.stage.renderer;
+    if (!this.stage.renderer) root.classList.remove("no-left"); // the tree is all there is
     this.#explainNoPicture();
     this.stage.before.push((camera) => this.frames.label(camera, this.canvas.parentElement));
     this.frames = new Frames(this.labels);
@@ -96,7 +97,7 @@ export class App {
     this.problem = new Problem();
     this.warnings = new Warnings(this);
     this.changesPanel = new Changes(this);
-    const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
+    const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, title: `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
     this.root = root;
     root.replaceChildren(
       element("nav", { class: "side left", "aria-label": "frames" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.panels.tree.root),
@@ -106,6 +107,8 @@ export class App {
     if (NARROW.matches) root.classList.add("no-left", "no-right");
     this.widen(WIDTHS[2]);
     window.addEventListener("resize", () => this.widen(this.requestedWidth));
+    const leaveRoom = () => NARROW.matches && !root.classList.contains("no-left") && root.classList.add("no-right");
+    NARROW.addEventListener("change", leaveRoom);
     this.grip.addEventListener("pointerdown", (event) => this.grip.setPointerCapture(event.pointerId));
     this.grip.addEventListener("pointermove", (event) => this.grip.hasPointerCapture(event.pointerId) && this.widen(event.clientX));
     this.grip.addEventListener("keydown", ({ key }) => this.widen(this.wide + ({ ArrowLeft: -20, ArrowRight: 20 }[key] ?? 0)));

@@ -273,6 +273,15 @@ def test_an_empty_picture_is_explained(browser: Browser, rosorin: str, home: Pat
     assert browser.evaluate("[app.shown.visual, app.shown.collision]") == [False, True]
 
 
+def test_a_window_that_becomes_small_keeps_one_panel(browser: Browser, rosorin: str) -> None:
+    browser.open(rosorin)
+    browser.ask("size", width=700, height=800)
+    browser.wait("!document.querySelector('.side.right').checkVisibility({visibilityProperty: true})")
+    assert browser.evaluate("document.querySelector('.side.left').checkVisibility({visibilityProperty: true})")
+    browser.open(rosorin, width=390, height=700, webgl=False)
+    assert browser.evaluate("document.querySelector('.side.left').checkVisibility({visibilityProperty: true})")
+
+
 def test_five_thousand_links_are_usable(browser: Browser, home: Path) -> None:
     names = [f"link_{number}" for number in range(5_000)]
     limit = Limit(-1.0, 1.0)

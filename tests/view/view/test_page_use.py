@@ -61,6 +61,8 @@ def test_the_tree_folds_and_the_search_finds_what_is_folded(browser: Browser, ro
     assert not hidden(browser, "front_left_wheel_roller_3")
     browser.click(f"{row('link1')} .twist")
     assert hidden(browser, "gripper_link")
+    browser.click(f"{row('laser')} .twist")
+    assert browser.evaluate("app.selected") == "laser", "a leaf has nothing to fold"
     browser.ask("press", key="/")
     browser.ask("type", text="rear_right_wheel_roller_5")
     browser.ask("press", key="Enter")

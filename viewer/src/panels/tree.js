@@ -99,7 +99,7 @@ export class Tree {
   #click(event) {
     const row = event.target.closest(".row");
     if (!row) return;
-    if (event.target.classList.contains("twist")) this.fold(row.dataset.frame);
+    if (event.target.matches(".twist:not(.none)")) this.fold(row.dataset.frame);
     else this.#choose(row);
   }
 
@@ -160,10 +160,13 @@ export class Tree {
     focused?.focus();
   }
 
-  /** Choose the first frame that is found, and look at it. */
+  /** Choose the first frame that is found, and look at it: one whose name begins so, or else has it, or else one by its joint. */
   #first() {
-    const found = this.nodes.find(({ row }) => !row.hidden);
-    if (found && this.search.value.trim()) this.app.fly(found.name);
+    const wanted = this.search.value.trim().toLowerCase();
+    const found = this.nodes.filter(({ row }) => !row.hidden).map(({ name }) => name);
+    const at = (name) => name.toLowerCase().indexOf(wanted);
+    const first = found.find((name) => at(name) === 0) ?? found.find((name) => at(name) > 0) ?? found[0];
+    if (first && wanted) this.app.fly(first);
   }
 
   mark() {

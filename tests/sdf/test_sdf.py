@@ -117,3 +117,19 @@ def test_a_loss_of_one_artifact_is_told_and_a_zero_is_no_missing_value(tmp_path:
         "URDF cannot express links.collision.contact.contype",
         "a.urdf cannot express joints.dynamics.stiffness",
     ]
+
+
+LOOP = """
+robot: r
+links: {base: {}, a: {inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}, b: {inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}}
+joints:
+  j: {type: continuous, parent: base, child: a, limit: {effort: 1, velocity: 1}}
+  k: {type: continuous, parent: base, child: b, xyz: [1, 0, 0], limit: {effort: 1, velocity: 1}}
+constraints: {pin: {type: connect, links: [a, b], at: [0.5, 0, 0]}}
+outputs: {sdf: {file: r.sdf, gazebo: classic}}
+"""  # noqa: E501
+
+
+def test_a_loop_that_gazebo_closes_is_a_second_joint(tmp_path: Path):
+    _, artifacts, _ = sound(compiled_text(tmp_path, LOOP))
+    assert '<joint name="pin" type="ball">' in artifacts["sdf"]

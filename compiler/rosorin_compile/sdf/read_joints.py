@@ -117,7 +117,7 @@ class Bodies:
         elif first is None or body is None:
             there = self.pose(node).inverse().then(self.pose(child[0]))
             self.joints.append(JointNode(node, kind, parent[0], child[0], there))
-        else:
+        elif reading.options.checked or kind not in ("ball", "fixed"):  # in our files, these close loops, see write.py
             message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
             if reading.lenient("two-parents", message, node.element.span, "remove one joint", "leaves the second out"):
                 reading.cannot_carry(name_of(node.element), node.element.span)

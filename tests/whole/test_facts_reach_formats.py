@@ -159,6 +159,17 @@ def test_keys_and_contacts_of_included_mjcfs_reach_it_and_the_first_settings_win
     assert [model.key("a_up").qpos[at[name]] for name in ("a_lower", "a_upper")] == pytest.approx([0.1, 0.2])
 
 
+def test_names_that_an_included_mjcf_refers_to_get_its_prefix(tmp_path: Path) -> None:
+    asset = '<asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/><material name="m" texture="t"/>'
+    body = '<worldbody><body name="b"><geom size="1" material="m"/><site name="s"/></body></worldbody>'
+    arm = f'<mujoco>{asset}</asset>{body}<sensor><gyro name="g" site="s"/></sensor></mujoco>'
+    include = "include: [{file: arm.xml, prefix: x_, parent: stand}]"
+    text = f"robot: r\n{include}\nlinks: {{stand: {{}}}}\noutputs: {{mjcf: {{file: r.xml}}}}\n"
+    model = model_of(made(tmp_path, text, arm_xml=arm))
+    assert model.sensor_objid[0] == model.site("x_s").id
+    assert model.texture("x_t").id in model.mat("r_x_m").texid
+
+
 def test_a_spring_of_a_urdf_for_gazebo_reaches_mujoco(tmp_path: Path) -> None:
     out = made(tmp_path, TURNING + OUTPUTS)
     assert main(["import", str(out / "r.urdf"), "-o", str(tmp_path / "again")]) == 0

@@ -344,7 +344,7 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
 
     made = place_fragment(fragment, Use(prefix), names, lambda text: Text(rename_references(text, rename, references)))
     if isinstance(made.get("materials"), Map):
-        made["materials"] = map_table(made["materials"], lambda name: prefix + name)
+        made["materials"] = map_table(made["materials"], lambda name: prefix + name, partial(_with_texture, prefix))
     if isinstance(made.get("accept"), Seq):
         accept = Seq(made["accept"].span, made["accept"].via)
         for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
@@ -353,6 +353,14 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
                 accept.put(entry.with_changes({"of": names_of} if "of" in entry else {}), span)
         made["accept"] = accept
     return made, changed
+
+
+def _with_texture(prefix: str, material: Map) -> Map:
+    """Prefix the name of a texture of MuJoCo, which the included robot defines in its section ``mjcf``."""
+    mjcf = material.get("mjcf")
+    if not isinstance(mjcf, Map) or not mjcf.get("texture"):
+        return material
+    return material.with_changes({"mjcf": mjcf.with_changes({"texture": prefix + mjcf["texture"]})})
 
 
 def map_files(tree: Map, rename: Callable[[str], str]) -> Map:

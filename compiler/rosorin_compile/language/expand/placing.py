@@ -16,7 +16,7 @@ from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq, XmlT
 from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity
 
 from ..annotations import ENTRIES, GIVES, INSIDE, ITEMS, MIRROR, WITHIN, WORLD, Node
-from ..element_names import rename_references, with_names
+from ..element_names import kind_of_name, rename_references, with_names
 from ..schema import holds_many, is_one_entry, keys_of, merged_sections, sections
 from ..suggestions import word_meant
 from ..symbols import IN_MJCF, IN_PARAMETERS, IN_URDF, MOUNT, SymbolTable
@@ -188,9 +188,12 @@ class _Placer:
         if how == "urdf":
             rename = self._among(self.names.names_of_kinds(IN_URDF).__contains__)
             return _renamed_text(value, self.elements or (lambda text: rename_references(text, rename)))
-        if how in ("mjcf", "mjcf_body"):
+        if how in ("mjcf", "mjcf_body", "attributes"):
             names = self.names.names_of_kinds(IN_MJCF)
             rename = self._among(lambda name: name in names or self.names.makes(name))
+            if how == "attributes" and isinstance(value, Map):
+                named = [key for key, name in value.items() if isinstance(name, str) and kind_of_name(key, value)]
+                return value.with_changes({key: rename(value[key]) for key in named})
             return _renamed_text(value, lambda text: with_names(text, how == "mjcf", rename))
         return value
 

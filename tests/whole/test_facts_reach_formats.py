@@ -133,7 +133,9 @@ def test_the_settings_of_an_included_mjcf_are_those_of_the_robot(
     assert "warning[include-settings]: the MJCF does not have these settings of dog.xml: timestep 0.001" in said
 
 
-KEYED = DOG.replace("</mujoco>", '<keyframe><key name="sit" qpos="0 0 .3 1 0 0 0 .5"/></keyframe></mujoco>')
+KEYED = DOG.replace(
+    "</mujoco>", '<keyframe><key name="sit" qpos="0 0 .3 1 0 0 0 .5" qvel="0 0 0 0 0 0 1"/></keyframe></mujoco>'
+)
 ARM = """<mujoco model="arm"><compiler angle="radian"/><option timestep="0.003" density="1.2"/><worldbody>
 <body name="post"><geom type="box" size=".05 .05 .05"/>
 <body name="lower" pos="0 0 .05"><joint name="lower" axis="0 1 0"/><geom type="box" size=".05 .05 .05"/>
@@ -151,6 +153,7 @@ def test_keys_and_contacts_of_included_mjcfs_reach_it_and_the_first_settings_win
     said = capsys.readouterr().err
     assert (model.nv, model.opt.timestep, model.opt.density) == (9, 0.001, 1.2)
     assert "the MJCF does not have these settings of arm.xml: integrator Euler, timestep 0.003" in said
+    assert 'the MJCF does not have these values of dog.xml: qvel of pose "sit"' in said
     excluded = {tuple(sorted((one >> 16, one & 0xFFFF))) for one in model.exclude_signature.tolist()}
     assert tuple(sorted(model.body(name).id for name in ("a_post", "a_upper"))) in excluded
     at = {model.joint(index).name: int(model.jnt_qposadr[index]) for index in range(model.njnt)}
@@ -160,7 +163,9 @@ def test_keys_and_contacts_of_included_mjcfs_reach_it_and_the_first_settings_win
 
 
 def test_names_that_an_included_mjcf_refers_to_get_its_prefix(tmp_path: Path) -> None:
-    asset = '<asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/><material name="m" texture="t"/>'
+    asset = (
+        '<asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/><material name="m" texture="t"/>'
+    )
     body = '<worldbody><body name="b"><geom size="1" material="m"/><site name="s"/></body></worldbody>'
     arm = f'<mujoco>{asset}</asset>{body}<sensor><gyro name="g" site="s"/></sensor></mujoco>'
     include = "include: [{file: arm.xml, prefix: x_, parent: stand}]"

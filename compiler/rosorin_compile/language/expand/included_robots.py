@@ -18,7 +18,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, SourceError, Span, error
 from rosorin_compile.source.files import label
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
-from rosorin_compile.source.wording import first_of
+from rosorin_compile.source.wording import first_of, phrase
 
 from ..element_names import Reference, rename_references, with_files
 from ..expression.functions import FUNCTIONS, KindError, kind_of
@@ -293,6 +293,28 @@ class IncludedRobots:
                 message = f"the MJCF does not have these settings of {file}: {first_of(lost, _FEW)}"
                 help = "the output or another included file has different settings; set them in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
+            has_base = entry.get("parent") is None or settings.get("base") != "free"
+            if not (is_only and has_base and _moving_joints(tree) <= _moving_joints(robot)):
+                self._drop_states(tree, robot, include)
+
+    def _drop_states(self, tree: Map, robot: Map, include: IncludedRobot) -> None:
+        """Remove lists with a value for each coordinate of an included MJCF, if the robot has other coordinates."""
+        prefix, lost, poses = include.entry.get("prefix") or "", list[str](), copy(tree.get("poses") or Map(tree.span))
+        for name in (prefix + name for name in robot.get("poses") or ()):
+            have = poses[name].get("mjcf") or {} if isinstance(poses.get(name), Map) else {}
+            if dropped := [key for key, value in have.items() if isinstance(value, Seq)]:
+                lost.append(f'{phrase(dropped)} of pose "{name}"')
+                rest = have.copy()
+                for key in dropped:
+                    del rest[key]
+                poses[name] = poses[name].with_changes({"mjcf": rest})
+        if lost:
+            tree["poses"] = poses
+            message = (
+                f"the MJCF does not have these values of {Path(include.entry['file']).name}: {first_of(lost, _FEW)}"
+            )
+            help = "they have one value for each coordinate of the file: list those of the whole robot in its own pose"
+            self._warn("include-settings", message, include.entry.value_spans["file"], help, include)
 
 
 def _moving_joints(tree: Map) -> int:

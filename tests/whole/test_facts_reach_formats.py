@@ -167,7 +167,8 @@ def test_names_that_an_included_mjcf_refers_to_get_its_prefix(tmp_path: Path) ->
         '<asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/><material name="m" texture="t"/>'
     )
     body = '<worldbody><body name="b"><geom size="1" material="m"/><site name="s"/></body></worldbody>'
-    arm = f'<mujoco>{asset}</asset>{body}<sensor><gyro name="g" site="s"/></sensor></mujoco>'
+    asset = f'<asset>{texture}<material name="m" texture="t"/></asset>'
+    arm = f'<mujoco>{asset}{body}<sensor><gyro name="g" site="s"/></sensor></mujoco>'
     include = "include: [{file: arm.xml, prefix: x_, parent: stand}]"
     text = f"robot: r\n{include}\nlinks: {{stand: {{}}}}\noutputs: {{mjcf: {{file: r.xml}}}}\n"
     model = model_of(made(tmp_path, text, arm_xml=arm))

@@ -163,9 +163,7 @@ def test_keys_and_contacts_of_included_mjcfs_reach_it_and_the_first_settings_win
 
 
 def test_names_that_an_included_mjcf_refers_to_get_its_prefix(tmp_path: Path) -> None:
-    asset = (
-        '<asset><texture name="t" type="2d" builtin="checker" width="8" height="8"/><material name="m" texture="t"/>'
-    )
+    texture = '<texture name="t" type="2d" builtin="checker" width="8" height="8"/>'
     body = '<worldbody><body name="b"><geom size="1" material="m"/><site name="s"/></body></worldbody>'
     asset = f'<asset>{texture}<material name="m" texture="t"/></asset>'
     arm = f'<mujoco>{asset}{body}<sensor><gyro name="g" site="s"/></sensor></mujoco>'

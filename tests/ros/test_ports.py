@@ -15,6 +15,13 @@ from rosorin_compile.ros.parameter_files import nodes_of
 from support.paths import ROOT, data_text
 
 CART = data_text("robots/cart_with_nav2.yaml")
+WITHOUT_POSITION = [
+    (
+        f"{side}_joint: {{command: velocity, state: [position, velocity]}}",
+        f"{side}_joint: {{command: velocity, state: velocity}}",
+    )
+    for side in ("left", "right")
+]
 
 
 def write(folder: Path, *changes: tuple[str, str], distribution: str = "jazzy") -> Path:
@@ -127,9 +134,7 @@ def test_an_odometry_of_somebody_else_is_a_note(tmp_path: Path, capsys: pytest.C
 
 
 def test_interfaces_that_the_hardware_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    wheels = [(f"{side}_joint: {{command: velocity, state: [position, velocity]}}",
-               f"{side}_joint: {{command: velocity, state: [velocity]}}") for side in ("left", "right")]  # fmt: skip
-    made = package(tmp_path, *wheels)
+    made = package(tmp_path, *WITHOUT_POSITION)
     assert parameters(made, "controllers.yaml")["base"]["position_feedback"] is False
     capsys.readouterr()
     arm = "  arm: {type: joint_trajectory, params: {joints: [fork_joint], command_interfaces: [position], "
@@ -144,13 +149,26 @@ def test_interfaces_that_the_hardware_lacks(tmp_path: Path, capsys: pytest.Captu
     assert 'controller "arm" reads the velocity of "fork_joint", which no hardware block has' in capsys.readouterr().err
 
 
-def test_a_joint_that_nobody_measures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robot = write(tmp_path, ("fork_joint: {type: fixed", "fork_joint: {type: continuous"))
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ([("fork_joint: {type: fixed", "fork_joint: {type: continuous")], '"fork_joint", which no hardware block has'),
+        (WITHOUT_POSITION, '"left_joint", which hardware block "motors" does not measure'),
+        (
+            [("{type: joint_state_", "{params: {joints: [left_joint], interfaces: [position]}, type: joint_state_")],
+            '"right_joint", which "params" of controller "jsb" exclude',
+        ),
+    ],
+)
+def test_a_joint_that_nobody_measures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: list[tuple[str, str]], why: str
+) -> None:
+    robot = write(tmp_path, *changes)
     main(["all", str(robot), "-o", str(tmp_path / "out")])
     said = capsys.readouterr().err
-    assert 'warning[controllers-joint-states]: no node publishes the position of joint "fork_joint"' in said
-    assert main(["frames", str(robot), "--frame", "fork"]) == 0
-    assert "no hardware block has its position" in capsys.readouterr().out
+    assert f"warning[controllers-joint-states]: no node publishes the position of joint {why}" in said
+    assert main(["frames", str(robot)]) == 0
+    assert "no joint state contains its position" in capsys.readouterr().out
 
 
 def test_kilted_has_no_switches_of_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -350,17 +350,26 @@ class Robot:
 
     @cached_property
     def unmeasured_joints(self) -> tuple[Joint, ...]:
-        """The moving joints that robot_state_publisher publishes, but whose position no <ros2_control> block reports.
+        """The moving joints that robot_state_publisher publishes, but whose position no joint state contains.
 
-        Empty if no block reports any position, or if the robot has no controllers.
+        Empty if no <ros2_control> block has joints, or if the robot has no controllers.
         """
-        measured = {one.name for block in self.control for one in block.joints if "position" in one.states}
-        ours = self.published_by(ROBOT_STATE_PUBLISHER) if measured and self.controllers else ()
-        return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in measured)
+        components = [one for block in self.control for one in block.joints]
+        measured = {one.name for one in components if "position" in one.states}
+        broadcasters = [one.params for one in self.controllers if one.type.startswith("joint_state_broadcaster")]
+        keys = ("joints", "interfaces", "extra_joints")
+        values = [[one.get(key, ()) for key in keys] for one in broadcasters]
+        lists = [[list(map(str, value)) if isinstance(value, tuple) else [] for value in one] for one in values]
+        # joint_state_broadcaster publishes all interfaces unless both "joints" and "interfaces" are set.
+        every = not lists or any(not joints or not interfaces for joints, interfaces, _ in lists)
+        chosen = {name for joints, interfaces, _ in lists if "position" in interfaces for name in joints}
+        published = (measured if every else measured & chosen).union(*(extra for _, _, extra in lists))
+        ours = self.published_by(ROBOT_STATE_PUBLISHER) if components and self.controllers else ()
+        return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in published)
 
     def publisher_of(self, joint: Joint) -> Publisher:
         """Return the publisher of a joint, or a publisher of kind UNPUBLISHED if its position is not measured."""
-        unmeasured = Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
+        unmeasured = Publisher(UNPUBLISHED, "nobody", about="no joint state contains its position")
         return unmeasured if joint in self.unmeasured_joints else joint.publisher
 
     @of_robot

@@ -21,6 +21,7 @@ _TOLERANCE = 0.005  # relative tolerance of sizes: they are rounded, and tyres a
 _LEAST = 0.0005  # m: minimum tolerance of sizes
 _JOINTS = re.compile(r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|(?:wheels?|joints|dof|state)_names)")
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
+_JOINT_STATES = "joint_state_broadcaster/JointStateBroadcaster"
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
@@ -74,17 +75,27 @@ def _claims(robot: Robot, one: ControllerParameters, owners: dict[tuple[str, str
 
 def _joint_states(case: Case) -> Iterator[Diagnostic]:
     rule, types = "controllers-joint-states", [full_type(one.type) for one in case.robot.controllers]
-    states = [(block, joint) for block in case.robot.control for joint in block.joints if joint.state]
-    if types and states and not any(one.endswith("/JointStateBroadcaster") for one in types):
+    components = [(block.name, joint) for block in case.robot.control for joint in block.joints]
+    states = [(block, joint) for block, joint in components if joint.state]
+    if types and states and _JOINT_STATES not in types:
         block, joint = states[0]
-        message = f'no controller publishes the joint states of hardware block "{block.name}", such as that of '
+        message = f'no controller publishes the joint states of hardware block "{block}", such as that of '
         yield case.problem(rule, f'{message}"{joint.name}"', ("controllers",), key=True)
         return
-    for still in case.robot.unmeasured_joints if types and states else ():
-        message = f'no node publishes the position of joint "{still.name}", which no hardware block has: '
-        message += f'"{still.child}" has no transform, and MoveIt waits for a complete state'
+    broadcaster = case.robot.controllers[types.index(_JOINT_STATES)].name if _JOINT_STATES in types else ""
+    for still in case.robot.unmeasured_joints if types else ():
+        blocks = [(block, joint) for block, joint in components if joint.name == still.name]
+        why, path = "which no hardware block has", case.joint(still)
         help = f"in control: joints: {{{still.name}: {{state: [position]}}}}; or let a node publish the joint: "
-        yield case.problem(rule, message, case.joint(still), f"{help}publisher", key=True)
+        help += "publisher"
+        if any(POSITION in joint.states for _, joint in blocks):
+            why, path = f'which "params" of controller "{broadcaster}" exclude', ("controllers", broadcaster)
+            help = 'remove "joints" and "interfaces" from "params"'
+        elif blocks:
+            why = f'which hardware block "{blocks[0][0]}" does not measure'
+        message = f'no node publishes the position of joint "{still.name}", {why}: '
+        message += f'"{still.child}" has no transform, and MoveIt waits for a complete state'
+        yield case.problem(rule, message, path, help, key=True)
 
 
 def _findings(case: Case, one: ControllerParameters, distribution: str) -> Iterator[Finding]:

@@ -105,6 +105,16 @@ def test_frames_are_those_of_the_description_in_a_namespace_too(tmp_path: Path) 
     assert frames == {"odom_frame_id": "odom", "base_frame_id": "base_footprint", "tf_frame_prefix_enable": False}
 
 
+@pytest.mark.parametrize(
+    ("left", "right", "feedback"), [("position", "position", True), ("velocity", "position", None)]
+)
+def test_a_steered_base_reads_what_its_wheels_measure(tmp_path: Path, left: str, right: str, feedback: object) -> None:
+    joints = ", ".join(f"rear_{side}_joint: {{state: {state}}}" for side, state in (("left", left), ("right", right)))
+    control = f"control: {{motors: {{plugin: a/B, joints: {{{joints}}}}}}}\ncontrollers:"
+    path = changed(tmp_path, "ackermann", ("controllers: {base", f"{control} {{base"))
+    assert parameters(path)["base"].get("position_feedback") is feedback
+
+
 def test_numbers_are_doubles_where_the_controller_wants_them(tmp_path: Path) -> None:
     path = changed(tmp_path, "differential", ("publish_rate: 50", "publish_rate: 50, velocity_rolling_window_size: 5"))
     base = parameters(path)["base"]

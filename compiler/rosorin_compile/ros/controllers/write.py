@@ -41,7 +41,7 @@ def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters
     """Derive controller parameters from the robot for all ROS distributions; ``plugin`` is the full controller type."""
     about = interfaces_of(plugin)
     if "drive" in about:
-        return _of_drive(robot, controller, about["drive"])
+        return _of_drive(robot, controller, about["drive"], about["turning"])
     if "sensor" not in about:
         values = _of_joints(robot, controller, about)
         return RobotParameters({key: value for key, value in values.items() if value is not None})
@@ -53,7 +53,8 @@ def derive(robot: Robot, controller: Controller, plugin: str) -> RobotParameters
     return RobotParameters({}, f'{why}: write "sensor: NAME"' if found or name else f"{why}: add one")
 
 
-def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameters:
+def _of_drive(robot: Robot, controller: Controller, kind: str, read: str) -> RobotParameters:
+    """Derive the parameters of a drive controller, which by default reads the state ``read`` of its wheels."""
     if robot.drive is None or robot.drive.kind != kind:
         why = f'the drive is {robot.drive.kind}, not {kind}: change "type" of the controller' if robot.drive else ""
         return RobotParameters({}, why or 'the description has no drive: add "drive"')
@@ -74,8 +75,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> RobotParameter
     values |= {key: known[what] for key, what in keys.items() if what in known}
     wheels = {wheel.joint for wheel in driving.wheels}
     states = [one.states for block in robot.control for one in block.joints if one.name in wheels]
-    if states and not any(POSITION in words for words in states) and all(VELOCITY in words for words in states):
-        values["position_feedback"] = False
+    other = VELOCITY if read == POSITION else POSITION
+    if not all(read in words for words in states) and all(other in words for words in states):
+        values["position_feedback"] = other == POSITION
     rounded = {key: float(f"{value:.9g}") for key, value in values.items() if isinstance(value, float)}
     return RobotParameters(values | rounded)
 

@@ -115,6 +115,12 @@ def test_a_steered_base_reads_what_its_wheels_measure(tmp_path: Path, left: str,
     assert parameters(path)["base"].get("position_feedback") is feedback
 
 
+def test_a_broadcaster_of_a_gnss_gets_its_sensor(tmp_path: Path) -> None:
+    lines = "sensors: {gps: {type: gnss, parent: base_link, frame: gps_link}}\ncontrollers:\n"
+    path = changed(tmp_path, "differential", ("controllers:\n", f"{lines}  fix: {{type: gps_sensor_broadcaster}}\n"))
+    assert parameters(path)["fix"] == {"sensor_name": "gps", "frame_id": "gps_link"}
+
+
 def test_numbers_are_doubles_where_the_controller_wants_them(tmp_path: Path) -> None:
     path = changed(tmp_path, "differential", ("publish_rate: 50", "publish_rate: 50, velocity_rolling_window_size: 5"))
     base = parameters(path)["base"]

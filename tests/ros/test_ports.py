@@ -142,11 +142,16 @@ def test_interfaces_that_the_hardware_lacks(tmp_path: Path, capsys: pytest.Captu
     robot = write(
         tmp_path,
         ("fork_joint: {type: fixed", "fork_joint: {type: continuous"),
-        ("    sensors: {imu: {}}", "      fork_joint: {command: position, state: position}\n    sensors: {imu: {}}"),
+        (
+            "    sensors: {imu: {}}",
+            "      fork_joint: {command: position, state: position}\n    sensors: {imu: {state: [orientation.x]}}",
+        ),
         ("  jsb: {", f"{arm}  jsb: {{"),
     )
     main(["all", str(robot), "-o", str(tmp_path / "out")])
-    assert 'controller "arm" reads the velocity of "fork_joint", which no hardware block has' in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert 'controller "arm" reads the velocity of "fork_joint", which no hardware block has' in said
+    assert 'controller "imu_broadcaster" reads "imu/orientation.y", "imu/orientation.z", "imu/orientation.w"' in said
 
 
 @pytest.mark.parametrize(

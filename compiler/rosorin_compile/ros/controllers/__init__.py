@@ -13,7 +13,7 @@ from rosorin_compile.source.tree import Path, Seq, value_at
 from ..node_kinds import DISTRIBUTIONS, MANAGER, Finding, Kind, against_kind, kinds, plugins
 from ..parameter_files import distro_of, parameter_file
 from ..ports import facts, full_type, interfaces_of
-from ..sections.control import JOINT_WORDS, POSITION, VELOCITY
+from ..sections.control import JOINT_WORDS, POSITION, VELOCITY, sensor_words
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
@@ -299,7 +299,14 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
             help = f"in control: joints: {{{joint}: {{state: [{word}]}}}}, if the hardware measures it"
             yield Finding("controller-interface", message, key, help, WARNING)
             break
-    sensors = {one.name for block in robot.control for one in block.sensors}
+    sensors = {one.name: one.states for block in robot.control for one in block.sensors}
+    chooses = any(key.startswith("interface_names.") for key in values)  # each interface has a parameter
+    needed = () if chooses else sensor_words(about.get("sensor", ""))
+    for sensor in [one for one in _texts(values.get("sensor_name")) if one in sensors]:
+        if lacking := [f"{sensor}/{word}" for word in needed if word not in sensors[sensor]]:
+            message = f"{name} reads {quote(lacking, most=4)}, which no hardware block has: it does not become active"
+            help = f'remove "state" of sensor "{sensor}" in "control": it then has all interfaces of its type'
+            yield Finding("controller-interface", message, "sensor_name", help, WARNING)
     for sensor in [one for one in _texts(values.get("sensor_name")) if one not in sensors]:
         message = f'"sensor_name" of {name} is "{sensor}", but no hardware block has a sensor with this name'
         help_ = Suggestion(sensor, sensors, none=f'add "sensors: {{{sensor}: {{}}}}" to a block of "control"')

@@ -150,7 +150,7 @@ def test_interfaces_that_the_hardware_lacks(tmp_path: Path, capsys: pytest.Captu
     )
     main(["all", str(robot), "-o", str(tmp_path / "out")])
     said = capsys.readouterr().err
-    assert 'controller "arm" reads the velocity of "fork_joint", which no hardware block has' in said
+    assert 'error[controller-interface]: controller "arm" reads the velocity of "fork_joint", which' in said
     assert 'controller "imu_broadcaster" reads "imu/orientation.y", "imu/orientation.z", "imu/orientation.w"' in said
 
 

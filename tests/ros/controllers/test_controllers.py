@@ -105,13 +105,12 @@ def test_frames_are_those_of_the_description_in_a_namespace_too(tmp_path: Path) 
     assert frames == {"odom_frame_id": "odom", "base_frame_id": "base_footprint", "tf_frame_prefix_enable": False}
 
 
-@pytest.mark.parametrize(
-    ("left", "right", "feedback"), [("position", "position", True), ("velocity", "position", None)]
-)
-def test_a_steered_base_reads_what_its_wheels_measure(tmp_path: Path, left: str, right: str, feedback: object) -> None:
-    joints = ", ".join(f"rear_{side}_joint: {{state: {state}}}" for side, state in (("left", left), ("right", right)))
-    control = f"control: {{motors: {{plugin: a/B, joints: {{{joints}}}}}}}\ncontrollers:"
-    path = changed(tmp_path, "ackermann", ("controllers: {base", f"{control} {{base"))
+@pytest.mark.parametrize(("state", "feedback"), [("position", True), ("velocity", None)])
+def test_a_steered_base_reads_what_its_wheels_measure(tmp_path: Path, state: str, feedback: bool | None) -> None:
+    joints = [f"rear_{side}_joint: {{command: velocity, state: {state}}}" for side in ("left", "right")]
+    joints += [f"{side}_steer: {{command: position, state: position}}" for side in ("left", "right")]
+    control = f"control: {{motors: {{plugin: a/B, joints: {{{', '.join(joints)}}}}}}}"
+    path = changed(tmp_path, "ackermann", ("controllers: {base", f"{control}\ncontrollers: {{base"))
     assert parameters(path)["base"].get("position_feedback") is feedback
 
 

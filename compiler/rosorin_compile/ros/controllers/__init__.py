@@ -108,6 +108,8 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     yield from found
     right = {key: value for key, value in one.values.items() if key not in {finding.key for finding in found}}
     named = list(against_robot(name, one.type, right, one.known, robot, WARNING))
+    if controller.inactive:
+        named = [found._replace(severity=WARNING) if found.rule == "controller-interface" else found for found in named]
     joints = (joint.name for block in robot.control for joint in block.joints)
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(robot.joint.get, joints))
     if (
@@ -284,7 +286,7 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
         if lacking := [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]:
             message = f"{name} commands the {phrase(words)} of {quote(lacking, most=4)}, which no hardware block has"
             help = f'add "joints: {{{lacking[0]}: {{command: {words[0]}}}}}" to a block of "control"'
-            yield Finding("controller-interface", message, key, help, WARNING)
+            yield Finding("controller-interface", message, key, help)
         if "drive" in about:
             by_position = every == [POSITION] or values.get("position_feedback", about["turning"] == POSITION)
             reads += [(key, joint, POSITION if by_position else VELOCITY) for joint in names]
@@ -297,7 +299,7 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
         if joint in robot.joint and (joint, word) not in states:
             message = f'{name} reads the {word} of "{joint}", which no hardware block has: it does not become active'
             help = f"in control: joints: {{{joint}: {{state: [{word}]}}}}, if the hardware measures it"
-            yield Finding("controller-interface", message, key, help, WARNING)
+            yield Finding("controller-interface", message, key, help)
             break
     sensors = {one.name: one.states for block in robot.control for one in block.sensors}
     chooses = any(key.startswith("interface_names.") for key in values)  # each interface has a parameter
@@ -306,11 +308,12 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
         if lacking := [f"{sensor}/{word}" for word in needed if word not in sensors[sensor]]:
             message = f"{name} reads {quote(lacking, most=4)}, which no hardware block has: it does not become active"
             help = f'remove "state" of sensor "{sensor}" in "control": it then has all interfaces of its type'
-            yield Finding("controller-interface", message, "sensor_name", help, WARNING)
+            yield Finding("controller-interface", message, "sensor_name", help)
     for sensor in [one for one in _texts(values.get("sensor_name")) if one not in sensors]:
         message = f'"sensor_name" of {name} is "{sensor}", but no hardware block has a sensor with this name'
         help_ = Suggestion(sensor, sensors, none=f'add "sensors: {{{sensor}: {{}}}}" to a block of "control"')
-        yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
+        found = Finding("controller-interface", message, "sensor_name", help_)
+        yield found if about else found._replace(severity=WARNING)  # the parameter can have another meaning
 
 
 FORMAT = parameter_file(

@@ -114,6 +114,13 @@ def test_a_steered_base_reads_what_its_wheels_measure(tmp_path: Path, state: str
     assert parameters(path)["base"].get("position_feedback") is feedback
 
 
+def test_a_prefix_of_frames_is_not_in_the_description(tmp_path: Path) -> None:
+    wheels = "wheels: {type: mecanum_drive, params: {tf_frame_prefix_enable: true}}"
+    space = ('"${distribution}"}', '"${distribution}", namespace: left}')
+    made = compile_robot(changed(tmp_path, "mecanum", ("wheels: {type: mecanum_drive}", wheels), space))
+    assert [one.rule for one in made.diagnostics if has_errors([one])] == ["parameters-other-edge"]
+
+
 def test_a_broadcaster_of_a_gnss_gets_its_sensor(tmp_path: Path) -> None:
     lines = "sensors: {gps: {type: gnss, parent: base_link, frame: gps_link}}\ncontrollers:\n"
     path = changed(tmp_path, "differential", ("controllers:\n", f"{lines}  fix: {{type: gps_sensor_broadcaster}}\n"))

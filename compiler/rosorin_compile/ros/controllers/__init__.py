@@ -52,7 +52,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         findings = list(_findings(case, one, distribution))
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
-            findings += _odometry(robot, one)
+            findings += _odometry(robot, one, str(output.options.get("namespace", "")))
         if is_first and not one.controller.inactive:
             findings += _claims(robot, one, owners)
         yield from (_placed(case, found, ("controllers", one.controller.name), "params") for found in findings)
@@ -136,12 +136,15 @@ def _findings(case: Case, one: ControllerParameters, distribution: str) -> Itera
     yield from named
 
 
-def _odometry(robot: Robot, one: ControllerParameters) -> Iterator[Finding]:
+def _odometry(robot: Robot, one: ControllerParameters, space: str) -> Iterator[Finding]:
     """Report a drive controller without an odometry transform, or with a transform that differs from ``edges``."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
     mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
     parent, child = (one.values.get(key, default) for key, default in _ENDS)
+    prefix = str(one.values.get("tf_frame_prefix") or space).strip("/")
+    if prefix and one.values.get("tf_frame_prefix_enable"):
+        key, parent, child = "tf_frame_prefix_enable", f"{prefix}/{parent}", f"{prefix}/{child}"
     into, edge = next((edge for edge in robot.edges if edge.child == child), None), f"{parent} -> {child}"
     if not one.values.get("enable_odom_tf"):
         if mine and "enable_odom_tf" in params:

@@ -176,6 +176,22 @@ def test_a_joint_that_nobody_measures(
     assert "no joint state contains its position" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("words", "cause"),
+    [
+        ("params: {use_local_topics: true}", "jsb publishes on /jsb/joint_states"),
+        ("inactive: true", "jsb is started inactive"),
+    ],
+)
+def test_joint_states_of_a_broadcaster_that_is_there(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: str, cause: str
+) -> None:
+    write(tmp_path, ("{type: joint_state_broadcaster}", f"{{type: joint_state_broadcaster, {words}}}"))
+    robot = ["package", str(tmp_path / "robot.yaml"), "-o", str(tmp_path / "made"), "--control", "--nav2"]
+    assert main(robot) == 0
+    assert f"robot_state_publisher reads JointState on /joint_states, and {cause}" in capsys.readouterr().err
+
+
 def test_kilted_has_no_switches_of_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "c.yaml"
     limits = {"linear": {"x": {"has_velocity_limits": True}}, "left_wheel_names": ["left_joint"]}

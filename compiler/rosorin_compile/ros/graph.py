@@ -15,7 +15,7 @@ from . import nav2, robot_localization
 from .controllers.write import COMMAND, drivers, fill, namespace_of
 from .navigation import frames_of, stated_topic
 from .parameter_files import distro_of
-from .ports import IN, OUT, Port, Role, controller_ports, full_topic, message_of_sensor, ports, short_type
+from .ports import IN, OUT, Port, Role, controller_ports, full_topic, full_type, message_of_sensor, ports, short_type
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
 DRIVER, NODE = "driver", "node"
@@ -211,8 +211,14 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
             if role == Role.ODOMETRY and end.port.node == "ekf":
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
     elif role == Role.JOINT_STATES and CONTROL in made.starts:
-        what, help = f"{what}, and no joint_state_broadcaster is started", "add it to controllers, or start the driver"
-        yield report("package-external", f"{what}: {symptom}", None, help)
+        why, help = "no joint_state_broadcaster is started", "add it to controllers, or start the driver"
+        broadcasters = [one for one in robot.controllers if full_type(one.type).endswith("/JointStateBroadcaster")]
+        if same_type:
+            why = f"{same_type[0].node} publishes on {same_type[0].topic}"
+            help = 'remove "use_local_topics" from its "params"'
+        elif broadcasters:
+            why, help = f"{broadcasters[0].name} is started inactive", 'remove "inactive: true" from it'
+        yield report("package-external", f"{what}, and {why}: {symptom}", None, help)
         return
     else:
         return

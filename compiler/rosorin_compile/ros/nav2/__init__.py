@@ -102,7 +102,9 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
     if not frames.map and not others:
         message = f"the transform map -> {frames.odom} has no publisher: parameters with the map frame are left out"
         add("navigation-no-map", message, severity=WARNING, key=True)
-    for driver in [one for one in drivers(robot) if one.stamped and distro_of(output) == HUMBLE]:
+    stamped = [one for one in drivers(robot) if one.stamped and distro_of(output) == HUMBLE]
+    # A kind has no distribution if its controller type does not exist there, which is an error of its own.
+    for driver in [one for one in stamped if one.one.kind is not None and one.one.kind.distribution]:
         message = f'controller "{driver.name}" expects TwistStamped, but Nav2 of {HUMBLE.capitalize()} sends Twist'
         add("nav2-command", message, ("controllers", driver.name), severity=WARNING, absolute=True, key=True)
     return _Basics(frames, base, poses.get(str(pose), {}), sources), wrong

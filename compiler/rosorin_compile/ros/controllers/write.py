@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Edge, Output, Robot
@@ -224,8 +223,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return (text of controllers.yaml for the ROS distribution of the output, diagnostics)."""
     name, notes, controllers = distro_of(output).capitalize(), [], fill(robot, distro_of(output))
     made = text(robot, output, templates, [f"Controllers of ros2_control, for {name}."], _nodes(output, controllers))
-    if distro_of(output) not in (HUMBLE, JAZZY):
-        notes.append(Diagnostic("controllers-later", NOTE, f"for {name}, the controllers of Jazzy are used"))
+    if distro_of(output) not in node_kinds.DISTRIBUTIONS:
+        last = node_kinds.DISTRIBUTIONS[-1].capitalize()
+        notes.append(Diagnostic("controllers-later", NOTE, f"for {name}, the controllers of {last} are used"))
     for one in controllers:
         for topic, to in one.remaps:
             full = full_topic(topic, namespace_of(output), one.controller.name)

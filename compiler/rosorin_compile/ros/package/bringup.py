@@ -162,7 +162,7 @@ class Bringup:
         output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
-            return {"slam": "False"}
+            return {"slam": "False", "seen_by_slam": {}}
         owners = owners_of_odom(self.robot, frames)
         has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
         seen = {} if has_section else nav2.slam_parameters(self.robot, output, frames)

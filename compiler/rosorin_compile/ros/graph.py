@@ -65,7 +65,7 @@ class Graph:
         moved = {full_topic(old, space, own): new for old, new in remaps}
         for port in those:
             for key, topic, message in _topics(port, values) if port.exists(values) else ():
-                full = full_topic(topic, space, own)
+                full = full_topic(topic, f"{space}/{own}" if port.inside else space, own)
                 full = full_topic(moved.get(full, full), space, own)
                 side, ends = ("subscription", self.read) if port.direction == IN else ("publisher", self.published)
                 qos = values.get(f"qos_overrides.{full}.{side}.reliability") or port.qos
@@ -89,7 +89,7 @@ def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, s
             own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
             yield key, str(own["topic"] or name), source_message(own)
     if port.role == Role.OBSTACLES and not any(lists.values()):
-        yield "", "scan", _SCANS  # the default in nav2_bringup/params/nav2_params.yaml
+        yield "", "/scan", _SCANS  # the default in nav2_bringup/params/nav2_params.yaml
 
 
 def source_message(values: Mapping[str, Any]) -> str:

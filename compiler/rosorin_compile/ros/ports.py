@@ -22,7 +22,8 @@ class Port(NamedTuple):
     """A topic that a node or controller type subscribes to or publishes; ros2_ports.json explains the fields.
 
     ``topic`` is the name after the remaps in nav2_bringup. ``stamp_parameter`` is the parameter that selects
-    TwistStamped, or "" if the node has none; ``stamped`` is its default.
+    TwistStamped, or "" if the node has none; ``stamped`` is its default. If ``inside``, a relative topic is resolved in
+    a namespace with the name of the node.
     """
 
     node: str
@@ -42,6 +43,7 @@ class Port(NamedTuple):
     stamped: bool = False
     optional: bool = False
     group: str = ""
+    inside: bool = False
 
     def is_stamped(self, parameters: Mapping[str, Any]) -> bool:
         """Return True if a node with these parameters uses TwistStamped instead of Twist."""
@@ -90,6 +92,7 @@ def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str) -
     direction, known = IN if IN in entry else OUT, {key: entry[key] for key in Port._fields if key in entry}
     known |= {"node": owner, "direction": direction, "group": group, "when": tuple(entry.get("when", {}).items())}
     known |= {"topic": entry.get("bringup", {}).get(distribution, entry[direction]), "stamped": False}
+    known["inside"] = distribution in entry.get("inside", ())
     for key, defaults in entry.get("stamped", {}).items():
         if (default := defaults.get(distribution)) is not None:
             known |= {"stamp_parameter": key, "stamped": bool(default) or group == "control"}

@@ -217,7 +217,8 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
             listing = node.parameters[key]
             names = listing.value.split() if isinstance(listing.value, str) else listing.value
             for name in names if isinstance(names, list) else ():
-                yield from _source(node, layer, str(name), listing.span, sensors)
+                inside = any(one.inside for one in ports(distro, node=node.name, role=Role.OBSTACLES))
+                yield from _source(node, layer, str(name), listing.span, sensors, node.namespace if inside else "")
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
@@ -249,7 +250,9 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
     yield report(rule, message, setting.span, help, related, WARNING if meant else NOTE)
 
 
-def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str]) -> Iterator[Diagnostic]:
+def _source(
+    node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str], space: str
+) -> Iterator[Diagnostic]:
     before, rule = f"{layer}.{name}." if layer else f"{name}.", "parameters-source"
     if not (given := {key.removeprefix(before): one for key, one in node.parameters.items() if key.startswith(before)}):
         message = f'{node.display_name} lists the source "{name}", which has no parameters'
@@ -268,7 +271,7 @@ def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str
         if values.get("clearing") is True and isinstance(marks, float) and isinstance(clears, float) and clears < marks:
             message = f"{what} marks obstacles up to {marks:g} m and clears them up to {clears:g} m"
             yield report(rule, message, place, f"raytrace_max_range: {marks + 0.5:g}")
-    topic, message = "/" + str(values.get("topic", name)).strip("/"), source_message(values)
+    topic, message = full_topic(str(values.get("topic", name)), space, node.name), source_message(values)
     is_seen = values.get("type") not in ("polygon", "costmap")
     if is_seen and sensors.get(topic, message) != message:
         actual = short_type(sensors[topic])
@@ -282,7 +285,9 @@ def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], pl
     """Report an observation source if sensors publish its message type, but only on other topics."""
     if (known := sorted(other for other, kind in sensors.items() if kind == message)) and topic not in known:
         text = f"{node.display_name} reads {short_type(message)} on {topic}, and the sensors of the robot publish "
-        yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=NOTE)
+        meant = topic.removeprefix(node.namespace)  # a relative topic, which the node looks up in its own namespace
+        known, severity = ([meant], WARNING) if meant in known else (known, NOTE)
+        yield report("parameters-source", text + phrase(known), place, f"topic: {known[0]}", severity=severity)
 
 
 def summary(result: CheckedParameters) -> str:

@@ -20,7 +20,7 @@ from rosorin_compile.source.tree import Path
 from ..controllers.write import drivers, edges_of
 from ..navigation import AMCL, FILTER, SLAM, Frames, Problem, diagnose, frames_of, kind_of, stated_topic
 from ..parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
-from ..ports import IN, Role, distribution_of_ports, facts, message_of_sensor, ports, short_type
+from ..ports import IN, Role, distribution_of_ports, facts, full_topic, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # default layers of nav2_params.yaml
@@ -255,7 +255,7 @@ def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | No
         values[f"{layer}.observation_sources"] = " ".join(source.name for source in sources)
     for source in sources:
         own = f"{layer}.{source.name}"
-        values |= {f"{own}.topic": source.topic, f"{own}.data_type": source.type}
+        values |= {f"{own}.topic": full_topic(source.topic, "", ""), f"{own}.data_type": source.type}
         values[f"{own}.sensor_frame"] = source.sensor.optical_frame or source.sensor.frame
         values |= {f"{own}.{key}": value for key, value in facts("ros2_nodes")["navigation"]["source"].items()}
         values |= size.band(own, source.clearance) if size is not None else {}

@@ -191,6 +191,8 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
     symptom = next((one.port.missing for one in readers if "the robot" in one.port.missing), end.port.missing)
     same_type = [one for one in made.published if one.type == end.type and one.node != end.node]
     why, help = "", "start the driver that publishes it"
+    if end.port.node == "ekf" and not any(made.publishers(one) for one in made.read if one.node == end.node):
+        symptom = "the filter publishes no transform until one of its inputs speaks"
     if others:
         why = f"{others[0].node} publishes {short_type(others[0].type)} there"
         help = "give both the same distribution"
@@ -202,7 +204,7 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
             why, help = f"the scan is on {same_type[0].topic}", "name the topic in nav2: sources"
         else:
             help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}, or a node that publishes it"
-    elif role in (Role.ODOMETRY, Role.IMU):
+    elif role in (Role.ODOMETRY, Role.IMU, Role.POSE, Role.TWIST):
         heard = {one.topic for one in made.read if one.node == end.node}
         there = next((one for one in same_type if one.port.group == CONTROL), None)
         if there is not None and not heard & {one.topic for one in same_type}:

@@ -16,6 +16,7 @@ class Role:
 
     VELOCITY, ODOMETRY, OBSTACLES, SCAN = "velocity", "odometry", "obstacles", "scan"
     IMU, TF, JOINT_STATES = "imu", "tf", "joint_states"
+    POSE, TWIST = "pose", "twist"
 
 
 class Port(NamedTuple):

@@ -102,7 +102,7 @@ class Bringup:
         for end in (end for end in graph.published if graph.nodes[end.node] == DRIVER and graph.readers(end)):
             outside[end.topic] = (end.node, short_type(end.type), end.topic)
         for end in graph.read:
-            if end.port.role in (Role.IMU, Role.ODOMETRY) and not graph.publishers(end):
+            if end.port.role in (Role.IMU, Role.ODOMETRY, Role.POSE, Role.TWIST) and not graph.publishers(end):
                 outside.setdefault(end.topic, ("another driver", short_type(end.type), end.topic))
         fixed = next((self.outputs[key] for key in (_CONTROLLERS, NAV2) if key in self.outputs), None)
         values: dict[str, Any] = {

@@ -107,6 +107,11 @@ def owners_of_odom(robot: Robot, frames: Frames) -> set[str]:
     return {kind_of(edge.publisher) for edge in edges if edge.parent == frames.map and holds(edge.when, off)}
 
 
+def owners_of_map(frames: Frames) -> set[str]:
+    """Return the kinds (AMCL, SLAM, FILTER or "") of nodes that publish map -> odom in some mode."""
+    return {kind_of(one.publisher) for one in frames.leads if (one.parent, one.child) == (frames.map, frames.odom)}
+
+
 def stated_topic(robot: Robot, name: str) -> str:
     """Return the topic in the ``gazebo`` entry of a sensor, or "" if the topic is not set or equals the sensor name."""
     simulated = (one for sensor in robot.sensors if sensor.name == name for one in sensor.gazebo)

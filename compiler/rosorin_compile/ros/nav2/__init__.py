@@ -18,7 +18,7 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help,
 from rosorin_compile.source.tree import Path
 
 from ..controllers.write import drivers, edges_of
-from ..navigation import AMCL, FILTER, SLAM, Frames, Problem, diagnose, frames_of, kind_of, stated_topic
+from ..navigation import AMCL, FILTER, SLAM, Frames, Problem, diagnose, frames_of, kind_of, owners_of_map, stated_topic
 from ..parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from ..ports import IN, Role, distribution_of_ports, facts, full_topic, message_of_sensor, ports, short_type
 from .footprint import CORNERS, footprint, holds, pad, solids_of
@@ -236,16 +236,13 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     if not frames.map:
         return
     # nav2_bringup always starts AMCL, with `tf_broadcast: true` by default; slam_toolbox is optional.
-    located = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
-    owns = {kind: any(frames.transforms_of(one) for one in nodes) for kind, nodes in located.items()}
     amcl: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
-    amcl |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
+    amcl |= {"base_frame_id": frames.moved, "tf_broadcast": AMCL in owners_of_map(frames)}
     if robot.drive is not None:
         amcl["robot_model_type"] = _MOTION[robot.drive.slides]
     yield Node(AMCL, AMCL, amcl | _scan(robot, output, AMCL))
-    if located[SLAM]:
-        silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
-        yield Node(SLAM, SLAM, slam_parameters(robot, output, frames) | silent)
+    if any(kind_of(one) == SLAM for one in robot.publishers):
+        yield Node(SLAM, SLAM, slam_parameters(robot, output, frames))
 
 
 def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | None) -> dict[str, Any]:
@@ -286,8 +283,11 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 
 
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
-    """Return the frame and scan topic parameters of slam_toolbox."""
-    return {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved} | _scan(robot, output, SLAM)
+    """Return the frame and scan topic parameters of slam_toolbox, which replaces AMCL if it is not in "publishers"."""
+    values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
+    own = SLAM if any(kind_of(one) == SLAM for one in robot.publishers) else AMCL
+    silent = {"transform_publish_period": 0.0} if frames.map and own not in owners_of_map(frames) else {}
+    return values | _scan(robot, output, SLAM) | silent
 
 
 FORMAT = parameter_file(

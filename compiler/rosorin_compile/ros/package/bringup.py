@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, error, phrase
 from .. import nav2, robot_localization
 from ..controllers.write import COMMAND, TF, ControllerParameters, drivers, fill, namespace_of
 from ..graph import DRIVER, graph_of, open_ends
-from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
+from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_map, owners_of_odom
 from ..node_kinds import as_yaml, plugins
 from ..parameter_files import distro_of, nodes_of
 from ..ports import Role, interfaces_of, short_type
@@ -162,11 +162,13 @@ class Bringup:
         output = self.outputs[NAV2]
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
-            return {"slam": "False", "seen_by_slam": {}}
+            return {"slam": "False", "seen_by_slam": {}, "offered": ["True", "False"]}
         owners = owners_of_odom(self.robot, frames)
         has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
         seen = {} if has_section else nav2.slam_parameters(self.robot, output, frames)
-        return {"slam": str(SLAM in owners and AMCL not in owners), "seen_by_slam": seen}
+        ever, slam = owners_of_map(frames), str(SLAM in owners and AMCL not in owners)
+        is_only = has_section and ever in ({AMCL}, {SLAM})  # nobody publishes map -> odom in the other mode
+        return {"slam": slam, "seen_by_slam": seen, "offered": [str(SLAM in ever)] if is_only else ["True", "False"]}
 
     def _moveit(self) -> dict[str, Any]:
         planning, moved, solved = planning_model(self.robot), list[tuple[Any, ...]](), list[str]()

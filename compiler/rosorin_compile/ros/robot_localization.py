@@ -89,7 +89,8 @@ def _check_inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Prob
             suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
             yield Problem(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
         if not topic(robot, name, one):
-            yield Problem(rule, f'"{name}" has no topic', path, 'add "topic: NAME"', key=True)
+            help = 'add "topic: NAME" here; a topic of the sensor counts only if it differs from the name of the sensor'
+            yield Problem(rule, f'"{name}" has no topic', path, help, key=True)
         controller = one.get("controller")
         if controller is not None and is_whole(robot) and (controller not in driving or kind != "odom"):
             message = f'"{controller}" is not a controller of the drive, so "{name}" cannot be its odometry'

@@ -84,7 +84,8 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
     sources = _sources(robot, output)
     for one in [one for one in sources if not one.topic]:
         path = ("sources", one.name, "sensor")
-        add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, 'add "topic: NAME"')
+        help = 'add "topic: NAME" here; a topic of the sensor counts only if it differs from the name of the sensor'
+        add("nav2-source", f'sensor "{one.sensor.name}" has no topic', path, help)
     if frames is None:
         return None, wrong
     if (base := str(output.options.get("base_frame", frames.moved))) not in robot.link:

@@ -202,6 +202,16 @@ def _open(robot: Robot, made: Graph, readers: Sequence[End], others: Sequence[En
             help = "add a lidar_2d to sensors, and to nav2: sources: {scan: {sensor: NAME, topic: /scan}}"
         elif len(same_type) == 1:
             why, help = f"the scan is on {same_type[0].topic}", "name the topic in nav2: sources"
+        elif same_type:  # AMCL and slam_toolbox read one lidar: that of the source "scan"
+            drivers = sorted(
+                (one for one in made.published if one.type in _OBSTACLE_MESSAGES), key=lambda one: one.type
+            )
+            names = ["scan", *(one.node.removeprefix("driver of ") for one in drivers[1:])]
+            each = [f"sensor: {one.node.removeprefix('driver of ')}, topic: {one.topic}" for one in drivers]
+            help = ", ".join(f"{name}: {{{entry}}}" for name, entry in zip(names, each, strict=True))
+            help = f'name the source of the lidar that they read "scan": nav2: sources: {{{help}}}'
+        elif role == Role.SCAN and all(message_of_sensor(one.type) != _SCANS for one in seeing):
+            help = f"start a node that makes {end.topic} from a point cloud, such as pointcloud_to_laserscan"
         else:
             help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}, or a node that publishes it"
     elif role in (Role.ODOMETRY, Role.IMU, Role.POSE, Role.TWIST):

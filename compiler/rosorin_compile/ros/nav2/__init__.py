@@ -276,8 +276,9 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
 
 
 def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
-    """Return the parameter with the scan topic of a node, or {} unless the robot has exactly one 2D lidar topic."""
-    topics = {source.topic for source in _sources(robot, output) if source.sensor.type == _PLANAR}
+    """Return the parameter with the scan topic of a node: that of the only 2D lidar, or of the source "scan", or {}."""
+    lidars = [source for source in _sources(robot, output) if source.sensor.type == _PLANAR]
+    topics = {source.topic for source in lidars if source.name == _SOURCE} or {source.topic for source in lidars}
     topics = topics or {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
     return {port.parameter: topic for port in ports(distro_of(output), node=node, role=Role.SCAN)} if topic else {}

@@ -6,12 +6,14 @@ tables ``ros2_nodes.json`` and ``ros2_ports.json`` in ``schemas`` have the frame
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Robot, Sensor
+from rosorin_compile.model.drive import STEERED, drive_kinematics
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, error, phrase
@@ -232,6 +234,8 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     if robot.drive is not None and robot.drive.slides:  # by default, Nav2 limits the lateral velocity to 0
         for name, limits in facts_of["sideways"][distribution].items():
             found[name] |= limits
+    if robot.drive is not None and robot.drive.kind in STEERED:  # by default, MPPI turns in place
+        found["controller_server"] |= _steered(robot)
     for name, values in found.items():
         yield Node(f"{name}/{name}", "costmap", values) if name in _LAYERS else Node(name, name, values)
     if not frames.map:
@@ -244,6 +248,20 @@ def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> I
     yield Node(AMCL, AMCL, amcl | _scan(robot, output, AMCL))
     if any(kind_of(one) == SLAM for one in robot.publishers):
         yield Node(SLAM, SLAM, slam_parameters(robot, output, frames))
+
+
+def _steered(robot: Robot) -> dict[str, Any]:
+    """Return the motion model of a drive with steering, with its least turning radius (m) if the joints have limits."""
+    values: dict[str, Any] = {"FollowPath.motion_model": "Ackermann"}
+    with suppress(ValueError, KeyError):  # rules about drives report the error
+        radii = []
+        for one in drive_kinematics(robot).steering:
+            lower, upper = robot.joint[one.joint].limits_of("position")
+            angle = min(-(lower or 0.0), upper or 0.0, math.pi / 2)
+            radii += [abs(one.x) / math.tan(angle) + abs(one.y)] if angle > 0 else []
+        if radii:
+            values["FollowPath.AckermannConstraints.min_turning_r"] = math.ceil(max(radii) * 1000) / 1000
+    return values
 
 
 def _costmap(output: Output, name: str, sources: list[_Source], size: _Size | None) -> dict[str, Any]:

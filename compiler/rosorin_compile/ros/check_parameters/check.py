@@ -232,6 +232,15 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
         message = f"{node.display_name} takes {short_type(end.type)} on {heard}, and {sent}: {end.port.missing}"
         yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
         return
+    senders = [one for one in graph.published if one.port.role == role == Role.VELOCITY and one.node != end.node]
+    senders = [one for one in senders if not graph.readers(one)] or senders
+    if not there and senders and node.setting(end.key).given:
+        message = (
+            f'{node.display_name} takes {short_type(end.type)} on {heard} ("{end.key}"), and no node in the files '
+        )
+        message += f"publishes that: {senders[0].node.strip('/')} sends to {senders[0].topic}; {end.port.missing}"
+        help = f"{end.key}: {senders[0].topic.strip('/')}; or name the remap: --remap NODE:FROM:=TO"
+        yield report("parameters-topic", message, node.setting(end.key).span, help, severity=WARNING)
     of_control = [one for one in graph.published if one.port.role == role and one.port.group == "control"]
     sources = {by_name[one.node]: one.topic for one in of_control}
     if fitting or role not in (Role.ODOMETRY, Role.IMU) or not sources:

@@ -205,7 +205,11 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
         those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
         graph.add(node.full, those, values, node.namespace, remapped_topics(node, remaps).items())
-    sensors = {full_topic(topic, "", ""): message for _, topic, message in topics_of_sensors(robot)}
+    described = {full_topic(topic, "", ""): (sensor, message) for sensor, topic, message in topics_of_sensors(robot)}
+    sensors = {topic: message for topic, (_, message) in described.items()}
+    lidars = {topic: sensor.frame for topic, (sensor, _) in described.items() if sensor.type == "lidar_2d"}
+    planes = {topic: frame for topic, frame in lidars.items() if robot.is_tree and frame in robot.link}
+    heights = {topic: robot.transform(robot.root, frame).xyz[2] for topic, frame in planes.items()}
     for end in graph.read:
         node = by_name[end.node]
         if end.port.role == Role.SCAN:
@@ -218,7 +222,9 @@ def _check_topics(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], 
             names = listing.value.split() if isinstance(listing.value, str) else listing.value
             for name in names if isinstance(names, list) else ():
                 inside = any(one.inside for one in ports(distro, node=node.name, role=Role.OBSTACLES))
-                yield from _source(node, layer, str(name), listing.span, sensors, node.namespace if inside else "")
+                yield from _source(
+                    node, layer, str(name), listing.span, sensors, heights, node.namespace if inside else ""
+                )
 
 
 def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is_decided: bool) -> Iterator[Diagnostic]:
@@ -260,8 +266,15 @@ def _unheard(node: Node, end: End, graph: Graph, by_name: Mapping[str, Node], is
 
 
 def _source(
-    node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str], space: str
+    node: Node,
+    layer: str,
+    name: str,
+    place: Span,
+    sensors: Mapping[str, str],
+    heights: Mapping[str, float],
+    space: str,
 ) -> Iterator[Diagnostic]:
+    """Report a source that does not mark or clear obstacles; ``heights`` (m) has the topics of 2D lidars."""
     before, rule = f"{layer}.{name}." if layer else f"{name}.", "parameters-source"
     if not (given := {key.removeprefix(before): one for key, one in node.parameters.items() if key.startswith(before)}):
         message = f'{node.display_name} lists the source "{name}", which has no parameters'
@@ -272,7 +285,14 @@ def _source(
     values: dict[str, Any] = {key: one.value for key, one in given.items()}
     what = f'the source "{name}" of {node.display_name}'
     place = given["topic"].span if "topic" in given else next(iter(given.values())).span
+    topic = full_topic(str(values.get("topic", name)), space, node.name)
     if layer and values.get("marking", True) is True:
+        highest, plugin = values.get("max_obstacle_height", 0.0), str(node.setting(f"{layer}.plugin").value)
+        if isinstance(highest, float) and highest <= max(0.0, heights.get(topic, 0.0)) and "Spatio" not in plugin:
+            how = "" if "max_obstacle_height" in values else " by default"
+            at = f", and the lidar is at {heights[topic]:.3g} m" if topic in heights else ""
+            text = f'{what} marks no obstacle: "max_obstacle_height" is {highest:g} m{how}{at}'
+            yield report(rule, text, place, "max_obstacle_height: 2.0")
         if "clearing" not in values:
             message = f'{what} marks obstacles and never clears them: "clearing" is false by default'
             yield report(rule, message, place, "clearing: true")
@@ -280,8 +300,7 @@ def _source(
         if values.get("clearing") is True and isinstance(marks, float) and isinstance(clears, float) and clears < marks:
             message = f"{what} marks obstacles up to {marks:g} m and clears them up to {clears:g} m"
             yield report(rule, message, place, f"raytrace_max_range: {marks + 0.5:g}")
-    topic, message = full_topic(str(values.get("topic", name)), space, node.name), source_message(values)
-    is_seen = values.get("type") not in ("polygon", "costmap")
+    message, is_seen = source_message(values), values.get("type") not in ("polygon", "costmap")
     if is_seen and sensors.get(topic, message) != message:
         actual = short_type(sensors[topic])
         text = f"{what} expects {short_type(message)} on {topic}, and the sensor publishes {actual}: it sees nothing"
@@ -304,4 +323,5 @@ def summary(result: CheckedParameters) -> str:
     severities = [one.severity for one in result.diagnostics]
     counts = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
     line = f"{count_of(result.judged, 'edge')} of nodes compared with the files: {counts or 'as described'}"
+    line = line if result.judged else f"no node in the files owns an edge of the description: {counts or 'no problem'}"
     return line + (f"; no known parameters of {phrase(result.absent)}" if result.absent else "")

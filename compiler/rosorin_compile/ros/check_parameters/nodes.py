@@ -4,6 +4,7 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Controller, Publisher
@@ -112,6 +113,8 @@ def nodes_in_files(
                 continue  # a wildcard for nodes that are named in this file, not another node
             is_full = plain == words and (len(words) > 1 or not space)
             full = section.name if is_full else f"/{'/'.join([*space, *plain])}"
+            if plain and plain[-1] in kinds("")["costmap"].names and plain[-2:-1] != plain[-1:]:
+                full += f"/{plain[-1]}"  # a costmap is in a namespace with its name
             diagnostics += [_reaches_nobody(section, full)] if not section.matches(full) else []
             wild = [one for one in sections if one.of_any or (plain == words and "*" in one.name)]
             named[full] += [one for one in sections if one is section or (one in wild and one.matches(full))]
@@ -191,6 +194,10 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
             help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
             yield Diagnostic("parameters-wrong-value", WARNING, message, setting.span, help=help)
     if node.kind is None:
+        stock = [name for kind in kinds("").values() for name in kind.names if name != node.name]
+        if not node.type and (close := get_close_matches(node.name, stock, n=1, cutoff=0.9)):
+            message = f'"{node.name}" is not the name of a stock node, so perhaps no node reads these parameters'
+            yield Diagnostic("parameters-reach-nobody", WARNING, message, node.span, help=suggest(close[0]))
         return
     values = {key: value for key, value in node.values.items() if key in node.kind or key not in node.shared}
     for found in against_kind(node.display_name, node.kind, values):

@@ -70,7 +70,7 @@ def _text(robot: Robot, found: Frames, run: Run) -> str:
     return "\n\n".join(f"{head}\n{drawn}" if head else drawn for head, drawn in headed)
 
 
-@cli.command("graph", exits="0 shown or written, 1 errors or open ends")
+@cli.command("graph", exits="0 shown or written, 1 errors (a topic of a driver outside the package is a note)")
 @cli.robot_argument
 @cli.option("-o", "--output FILE.svg", help="write a drawing")
 @cli.force_option

@@ -292,6 +292,9 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any], of_othe
     if of_others is not None:
         others = phrase(map(str.capitalize, of_others.only))
         message = f'{name} of {kind.distribution.capitalize()} has no parameter "{key}", which exists only in {others}'
+    elif below := [one.removeprefix(f"{key}.") for one in sorted(names) if one.startswith(f"{key}.")]:
+        message, severity = f'"{key}" of {name} has no effect: it is a mapping', ERROR if kind.complete else WARNING
+        help = f"write {key}: {{{', '.join(f'{one}: VALUE' for one in below)}}}"
     elif kind.complete:
         message = f'{name} has no parameter "{key}", and silently ignores it'
     elif help:

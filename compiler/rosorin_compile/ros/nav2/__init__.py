@@ -105,6 +105,11 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]
     if not frames.map and not others:
         message = f"the transform map -> {frames.odom} has no publisher: parameters with the map frame are left out"
         add("navigation-no-map", message, severity=WARNING, key=True)
+    spoken = [distro_of(one) for one in robot.outputs if one.backend == "controllers"]
+    if spoken and distro_of(output) not in spoken:
+        message = f'output "{output.name}" is for {distro_of(output).capitalize()}, but the controllers are for '
+        help = "use the same distribution, so that the nodes of both have the same message types"
+        add("controllers-distribution", message + spoken[0].capitalize(), ("distribution",), help, severity=WARNING)
     stamped = [one for one in drivers(robot) if one.stamped and distro_of(output) == HUMBLE]
     # A kind has no distribution if its controller type does not exist there, which is an error of its own.
     for driver in [one for one in stamped if one.one.kind is not None and one.one.kind.distribution]:

@@ -24,7 +24,7 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..graph import topics_of_sensors
-from ..ports import IN, message_of_sensor, ports
+from ..ports import IN, full_topic, message_of_sensor, ports
 from .bringup import Bringup, bringup
 from .copies import companions, missing_files, place_meshes, protect
 from .launch import CarriedDescription, PackageFile, carry, launch_files, launch_values
@@ -274,7 +274,7 @@ def _view(robot: Robot) -> dict[str, Any]:
     reach = max([0.2, *(math.hypot(*robot.transform(robot.root, link, {}).xyz) for link in links)])
     size = float(f"{reach:.1g}")
     kinds = {port.type: port.display for port in ports("", node="rviz", direction=IN)}
-    topics, displays = {sensor.name: topic for sensor, topic, _ in topics_of_sensors(robot)}, []
+    topics, displays = {one.name: full_topic(topic, "", "") for one, topic, _ in topics_of_sensors(robot)}, []
     for name, kind in ((one.name, kinds.get(message_of_sensor(one.type))) for one in robot.sensors):
         shown = {"name": name} if name in topics else {"name": f"{name} (choose its topic)"}
         displays += [{"kind": kind, "topic": topics.get(name, ""), **shown}] if kind else []

@@ -123,7 +123,7 @@ def test_another_message_of_velocities_is_refused(tmp_path: Path, capsys: pytest
 
 
 def test_an_odometry_of_somebody_else_is_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    inputs = "odom0: {topic: base/odom}, odom1: {topic: camera/odom}"
+    inputs = "odom0: {topic: base/odom}, odom1: {topic: camera/odom}, pose0: {topic: mocap, uses: [x, y]}"
     robot = write(tmp_path, ("odom0: {topic: base/odom}", inputs))
     words = ["package", str(robot), "-o", str(tmp_path / "made"), "--control", "--nav2"]
     assert main(words) == 0
@@ -131,6 +131,8 @@ def test_an_odometry_of_somebody_else_is_a_note(tmp_path: Path, capsys: pytest.C
     assert (
         "note[package-external]: ekf_filter_node reads Odometry on /camera/odom, which no node of the package" in said
     )
+    assert "ekf_filter_node reads PoseWithCovarianceStamped on /mocap, which no node of the package" in said
+    assert "until one of its inputs speaks" not in said
 
 
 def test_interfaces_that_the_hardware_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -237,3 +239,65 @@ def test_moveit_publishes_the_srdf(tmp_path: Path) -> None:
     view = yaml.safe_load((made / "rviz/moveit.rviz").read_text("utf-8"))
     classes = [one["Class"] for one in view["Visualization Manager"]["Displays"]]
     assert "moveit_rviz_plugin/MotionPlanning" in classes
+
+
+SOURCES, MAP = "sources: {scan: {sensor: lidar, topic: /scan}}", "  - {parent: map, child: odom, publisher: amcl}\n"
+
+
+def test_a_relative_topic_reaches_the_costmaps(tmp_path: Path) -> None:
+    """A costmap of Humble or Jazzy would look for front/scan in the namespace /local_costmap."""
+    made = package(tmp_path, (SOURCES, "sources: {front: {sensor: lidar, topic: front/scan}}"))
+    assert parameters(made, "nav2.yaml")["local_costmap/local_costmap"]["voxel_layer.front.topic"] == "/front/scan"
+    assert "/front/scan" in (made / "rviz/r.rviz").read_text("utf-8")
+
+
+def test_amcl_reads_the_source_named_scan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rear = "  rear: {type: lidar_2d, parent: base_link, frame: rear_laser}\n  imu:"
+    both = "sources: {front: {sensor: lidar, topic: /scan}, rear: {sensor: rear, topic: /rear}}"
+    robot = write(tmp_path, ("  imu:", rear), (SOURCES, both.replace("/scan", "/front")))
+    assert main(["graph", str(robot)]) == 0
+    named = "sources: {scan: {sensor: lidar, topic: /front}, rear: {sensor: rear, topic: /rear}}"
+    assert named in capsys.readouterr().err
+    nodes = parameters(package(tmp_path, ("  imu:", rear), (SOURCES, named)), "nav2.yaml")
+    assert nodes["amcl"]["scan_topic"] == "/front"
+
+
+@pytest.mark.parametrize(
+    ("changes", "offered", "silent"),
+    [
+        ([], {"True", "False"}, False),
+        ([(", amcl: {package: nav2_amcl}", ""), (MAP, "")], {"True", "False"}, False),
+        ([("amcl: {package: nav2_amcl}", "slam_toolbox: {}"), ("publisher: amcl", "publisher: slam_toolbox")],
+         {"True"}, False),
+        ([("amcl: {package: nav2_amcl}", "base: {}"), ("print, publisher: ekf_filter_node", "print, publisher: base"),
+          ("publisher: amcl", "publisher: ekf_filter_node")],
+         {"True", "False"}, True),
+    ],
+    ids=["amcl", "no map", "slam_toolbox", "filter"],
+)  # fmt: skip
+def test_one_node_publishes_the_map_frame(
+    tmp_path: Path, changes: list[tuple[str, str]], offered: set[str], silent: bool
+) -> None:
+    made = package(tmp_path, *changes)
+    launch = (made / "launch/navigation.launch.py").read_text("utf-8")
+    assert f"choices={sorted(offered, reverse=True)}" in launch
+    assert ("'transform_publish_period': 0.0" in launch) == silent
+    readme = (made / "README.md").read_text("utf-8")
+    assert {word for word in ("True", "False") if f"slam:={word}" in readme} == offered
+
+
+def test_a_namespace_is_in_the_first_drive(tmp_path: Path) -> None:
+    made = package(tmp_path, ("controllers.yaml, ", "controllers.yaml, namespace: left, "),
+                   ("base/odom", "left/base/odom"), ("{topic: imu_b", "{topic: left/imu_b"))  # fmt: skip
+    assert "description.launch.py namespace:=left\n" in (made / "README.md").read_text("utf-8")
+
+
+def test_mppi_knows_that_a_car_cannot_turn_in_place(tmp_path: Path) -> None:
+    text = (ROOT / "examples/ackermann_car/robot.yaml").read_text("utf-8")
+    text += "  nav2: {file: nav2.yaml}\npublishers: {base: {package: ackermann_steering_controller}}\n"
+    text += "edges: [{parent: odom, child: base_footprint, publisher: base}]\n"
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    assert main(["all", str(tmp_path / "robot.yaml"), "-o", str(tmp_path / "out"), "-q"]) == 0
+    server = nodes_of((tmp_path / "out/nav2.yaml").read_text("utf-8"))["controller_server"]
+    assert server["FollowPath.motion_model"] == "Ackermann"
+    assert server["FollowPath.AckermannConstraints.min_turning_r"] == pytest.approx(0.461, abs=0.002)  # m

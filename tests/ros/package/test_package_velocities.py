@@ -252,6 +252,10 @@ def test_who_owns_the_map_decides_what_is_started(
         return one
 
     assert started_by().name == default
+    if locator == "slam_toolbox":  # AMCL would be silent, and nobody would publish the edge
+        with pytest.raises(Failed, match="slam"):
+            started_by(slam="False")
+        return
     located, mapping = started_by(slam="False"), started_by(slam="True")
     assert (located.name, mapping.name) == ("amcl", "slam_toolbox")
     assert parameters(located, "amcl")["robot_model_type"] == "nav2_amcl::OmniMotionModel"

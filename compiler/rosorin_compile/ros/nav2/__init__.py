@@ -310,9 +310,9 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 def slam_parameters(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
     """Return the frame and scan topic parameters of slam_toolbox, which replaces AMCL if it is not in "publishers"."""
     values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
-    own = SLAM if any(kind_of(one) == SLAM for one in robot.publishers) else AMCL
-    silent = {"transform_publish_period": 0.0} if frames.map and own not in owners_of_map(frames) else {}
-    return values | _scan(robot, output, SLAM) | silent
+    owners, is_listed = owners_of_map(frames), any(kind_of(one) == SLAM for one in robot.publishers)
+    is_silent = SLAM not in owners if frames.map and is_listed else FILTER in owners
+    return values | _scan(robot, output, SLAM) | ({"transform_publish_period": 0.0} if is_silent else {})
 
 
 FORMAT = parameter_file(

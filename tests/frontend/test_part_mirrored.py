@@ -34,7 +34,11 @@ PART: dict[str, Any] = {
         "arm": {
             "inertial": {"mass": 1, **POSE, "inertia": dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1)},
             "visual": [{"box": {"min": [1, 2, 3], "max": [4, 6, 8]}, **POSE}],
-            "collision": [{"mesh": {"file": "a.stl", "scale": [1, 2, 3]}, **POSE}, {"mesh": {"file": "a.stl"}}],
+            "collision": [
+                {"mesh": {"file": "a.stl", "scale": [1, 2, 3]}, **POSE},
+                {"mesh": {"file": "a.stl"}},
+                {"sphere": {"radius": 1}, "mjcf": {"surfacevel": [1, 2, 3, 4, 5, 6]}},
+            ],
             "sites": {"spot": dict(POSE)},
             "cameras": {"eye": dict(POSE)},
             "lights": {"lamp": {**POSE, "dir": AXIS}},
@@ -69,6 +73,7 @@ PART: dict[str, Any] = {
     "drive": {"mecanum": WHEELS, "frame": "arm"},
     "moveit": {"spheres": {"arm": [{"radius": 0.1, "xyz": [0, 0, 0]}]}},
 }
+X, Y = np.diag([-1, 1, 1]), np.diag([1, -1, 1])
 SIDES = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 
@@ -92,18 +97,24 @@ def content(node: Any, s: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[tuple
             yield from content(item, s, (*at, number))
     elif not isinstance(node, dict):
         yield at, node
-    elif not {"mjcf", "gazebo"} & set(at):  # those of the library are in the frame of the sensor
+    elif "sensors" not in at or not {"mjcf", "gazebo"} & set(at):  # those of the library are in the frame of the sensor
         sense = np.diag(s)
         rest = dict(node)
         if "xyz" in node or "rpy" in node:
             placed = Pose(*(tuple(rest.pop(key, (0, 0, 0))) for key in ("xyz", "rpy"))).transform()
-            yield (*at, "place"), sense * placed.xyz
-            yield (*at, "rotation"), s @ np.array(placed.rows) @ s
+            # A camera is symmetric to its x axis, a sensor to its y axis: the device is turned, not mirrored.
+            own = {"cameras": (s, X), "sensors": (s, Y)}.get(at[-2] if at[-1:] != ("optical",) else "", (s, s))
+            outer, inner = ((Y, X) if at[-1:] == ("optical",) else own) if -1 in sense else (s, s)
+            yield (*at, "place"), outer @ placed.xyz
+            yield (*at, "rotation"), outer @ np.array(placed.rows) @ inner
         if node.get("type") in ("revolute", "continuous", "planar", "prismatic"):
             axis = np.array(rest.pop("axis", (1, 0, 0)), float)
             yield (*at, "axis"), sense * axis * (1 if node["type"] == "prismatic" else np.linalg.det(s))
         for key in {"dir", "at", "scale"} & rest.keys() | ({"scale"} if "file" in node else set()):
             yield (*at, key), sense * rest.pop(key, (1, 1, 1))
+        if "surfacevel" in node:
+            linear, turning = np.array(rest.pop("surfacevel")).reshape(2, 3)
+            yield (*at, "surfacevel"), [*(sense * linear), *(sense * turning * np.linalg.det(s))]
         if "gear" in node:
             gear = np.array(rest.pop("gear"), float).reshape(-1, 3)
             yield (*at, "gear"), [*(sense * gear[:-1]).flat, *(sense * gear[-1] * np.linalg.det(s))]

@@ -37,8 +37,6 @@ NOWHERE = (
     *("links.inertial.of.mesh.scale", "links.inertial.of.mjcf.material"),
 )
 KEYS = sorted(key for key in all_keys() if key not in NOWHERE)
-# A mirror turns the frame of an image against the standard, which is an error: it is not set in the mirrored form.
-NOT_MIRRORED = "sensors.optical.rpy"
 SENSOR_TYPES = ["imu", "camera", "lidar_2d", "range_finder", "gnss"]  # some of the library
 EXPANDED = ("args", "let", "include")
 
@@ -182,8 +180,6 @@ def mirrored(description: Description) -> dict[str, Description]:
     root = (sections["links"].keys() - {joint["child"] for joint in sections["joints"].values()}).pop()
     links = {name: link for name, link in sections["links"].items() if name != root}
     part = json.loads(json.dumps({**sections, "links": links}).replace(json.dumps(root), '"mount"'))
-    for sensor in part.get("sensors", {}).values():
-        sensor.get("optical", {}).pop("rpy", None)  # what the standard asks for is not mirrored
     use = {"half": {"part": "half", "prefix": "", "parent": root, "mirror": "y"}}
     return {"robot.yaml": {**rest, "links": {root: sections["links"][root]}, "parts": {"half": part}, "use": use}}
 
@@ -225,8 +221,6 @@ def cases(form: Form, folder: Path) -> list[Case]:
 
 def lost(cases: list[Case], key: str) -> list[str]:
     """Return the formats that lose a leaf without a word, each with the key; or why nobody knows."""
-    if key == NOT_MIRRORED and cases[0].form is mirrored:
-        return []
     missing, carrying = set[str](), set[str]()
     tried = False
     for case in cases:

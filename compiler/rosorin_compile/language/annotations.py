@@ -51,7 +51,8 @@ ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("
 # The value "sides" is not listed: it renames keys (left to right) instead of changing values.
 MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
 MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
-MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear")}
+MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear", "surfacevel")}
+MIRRORED_KEYS |= dict.fromkeys(("camera", "sensor", "optical"), ("xyz", "rpy"))
 MIRROR, GIVES, NAMES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
 SIMULATION, DESCRIPTION = "simulation", "description"

@@ -53,6 +53,9 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
     """
     placer = _Placer(names or SymbolTable(fragment), use, elements)
     made = fragment.copy()
+    tables = [fragment.get(section) for section in ("joints", "sensors") if placer.mirror is not None]
+    entries = [entry for table in tables if isinstance(table, Map) for entry in table.values()]
+    placer.carrying = {str(entry.get("parent")) for entry in entries if isinstance(entry, Map)}
     for section, node in sections().items():
         if fragment.get(section) and node.in_parts:
             made[section] = placer.value(node, _tagged(section, fragment[section], fragment.via))
@@ -120,6 +123,7 @@ class _Placer:
     def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
         self.mirror = None if use.mirror is None else AXES[use.mirror]
+        self.carrying = set[object]()  # frames that carry other frames
         self.active = {kind for kind, some in names.names_by_kind.items() if some} | {"link", GIVES}
         self.active |= {INSIDE} if names.may_hide_names else set()
         self.active |= {MIRROR} if self.mirror is not None else set()
@@ -147,7 +151,7 @@ class _Placer:
     def _mapping(self, node: Node, entry: Map) -> Map:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
-            for how in node.mirror:
+            for how in node.mirror if entry.get("frame") not in self.carrying else ("pose",):
                 changes |= MIRRORED[how](entry, self.mirror) if how in MIRRORED else {}
         for key, value in entry.items():
             below = node.value_of(key)
@@ -275,17 +279,44 @@ def _scale(mesh: Map, axis: int) -> dict[str, Any]:
     return _vectors(("scale",))(_with(mesh, {"scale": mesh.get("scale") or sequence_like((1, 1, 1), mesh)}), axis)
 
 
-def _gear(actuator: Map, axis: int) -> dict[str, Any]:
-    gear = actuator.get("gear")
-    if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
-        return {}
-    return {"gear": sequence_like([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
+def _twist(key: str, axial: int) -> Callable[[Map, int], dict[str, Any]]:
+    def changes(entry: Map, axis: int) -> dict[str, Any]:
+        values = entry.get(key)
+        if not isinstance(values, list) or not all(map(is_number, values)) or (axial < 0 and len(values) not in (3, 6)):
+            return {}
+        mirrored = [*_reflected(values[:axial], axis, False), *_reflected(values[axial:], axis, True)]
+        return {key: sequence_like(mirrored, values)}
+
+    return changes
+
+
+def _device(plane: int, within: int | None = None) -> Callable[[Map, int], dict[str, Any]]:
+    """Mirror the pose of a device that is symmetric to the plane of its own axis ``plane``, such as a camera.
+
+    The device itself cannot be mirrored: S R S is followed by S P, where P is the reflection across ``plane``.
+    ``within`` is the plane of the device that the pose is relative to.
+    """
+
+    def changes(entry: Map, axis: int) -> dict[str, Any]:
+        axis = axis if within is None else within
+        made = _vectors(("xyz",), ("rpy",))(entry, axis)
+        is_placed = "rpy" in made if within is not None else "frame" not in entry or "parent" in entry
+        if axis != plane and is_placed and is_vector(entry.get("rpy"), ANGLE):
+            turn = Pose((0, 0, 0), _vector([math.pi * (i not in (axis, plane)) for i in range(3)]))
+            pose = pose_of(Pose((0, 0, 0), _vector(made.get("rpy"))).transform().then(turn.transform()))
+            made["rpy"] = sequence_like(pose.rpy, entry.get("rpy", entry))
+        return made
+
+    return changes
 
 
 # Mirror functions by value of the annotation ``x-mirror`` (see ``annotations.MIRRORED_KEYS``).
 MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
-MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
+MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _twist("gear", -3)}
+MIRRORED |= {"surfacevel": _twist("surfacevel", 3)}
 MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}
+# A camera of MJCF looks along -z, with x to the right; a sensor looks along x, with z up (REP 103).
+MIRRORED |= {"camera": _device(0), "sensor": _device(1), "optical": _device(0, within=1)}
 
 
 def side(role: str, axis: int | None) -> str:

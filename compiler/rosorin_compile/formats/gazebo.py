@@ -9,7 +9,7 @@ comparison ignores white space, comments, order and SDF defaults, except in a pl
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import starmap
+from itertools import product, starmap
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -182,16 +182,17 @@ def gazebo_blocks(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     return [*blocks, *physics], [*lost, *lost_physics]
 
 
-def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
-    for text in elements:
-        if "<gazebo" in text:
-            yield from tree_of(f"<all>{text}</all>").iter("gazebo")
+def blocks_in(elements: Iterable[str], *tags: str) -> Iterator[Element]:
+    """Yield the elements with one of the tags, by default "gazebo", in strings of XML."""
+    for text, tag in product(elements, tags or ("gazebo",)):
+        if f"<{tag}" in text:
+            yield from tree_of(f"<all>{text}</all>").iter(tag)
 
 
 def _physics(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     """Return the <gazebo> blocks for joint springs and for friction; Gazebo reads only one coefficient per link."""
     robot, number = content.robot, number_format(content.output.options)
-    own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
+    own = {(block.get("reference", ""), inner.tag) for block in blocks_in(robot.urdf_elements) for inner in block}
     values: dict[str, dict[str, float]] = {}
     lost, mixed, balls = list[tuple[str, str]](), list[str](), list[str]()
     for link in robot.links:
@@ -227,7 +228,7 @@ class _Mounting:
         self.content, self.above = content, {joint.child: joint for joint in content.joints}
         robot = content.robot
         elements = robot.urdf_elements if "urdf_elements" in content.elements else ()
-        blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
+        blocks = blocks_in(text for text in elements if any(word in text for word in _KEEPING))
         kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
         self.kept = {one.get("reference", "") for one in kept}  # fixed joints whose links are not merged
         # Keep the links of a fixed joint with a sensor, unless Gazebo would then drop the child link for lack of mass.

@@ -4,6 +4,7 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
+from rosorin_compile.formats.gazebo import blocks_in
 from rosorin_compile.model import Inertial, Joint, Mesh, Robot
 from rosorin_compile.model.link import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
@@ -125,10 +126,27 @@ def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple
     if WORLD in robot.link:
         message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
         yield _omitted(message, severity=NOTE)
+    if ignored := list(dict.fromkeys(_of_gazebo(robot))):
+        message = f"elements for Gazebo have no effect in the MJCF: {first_of(ignored, 3)}"
+        yield _omitted(message, 'also describe them with keys such as "sensors", "contact" or "dynamics"', NOTE)
     if unpaired:
         which = first_of([f'"{one}" and "{other}"' for one, other in unpaired], 3)
         message = f"links with too many shapes collide only if one is fixed to the world: {which}"
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
+
+
+# Elements in <gazebo> and <sdf> blocks that do not change the physics.
+_HARMLESS = {"plugin", "material", "transparency", "visual", "cast_shadows", "provideFeedback", "implicitSpringDamper"}
+_HARMLESS |= {"preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping"}
+
+
+def _of_gazebo(robot: Robot) -> Iterator[str]:
+    holders = [(item.name, item.urdf_elements) for items in (robot.links, robot.joints) for item in items]
+    holders += [(link.name, shape.urdf_elements) for link in robot.links for shape in link.collision]
+    for name, texts in [("", robot.urdf_elements), *holders]:
+        for block in blocks_in(texts, "gazebo", "sdf"):
+            of = block.get("reference", name)
+            yield from (f"<{inner.tag}>{of and f' of {of}'}" for inner in block if inner.tag not in _HARMLESS)
 
 
 # Minima of MuJoCo 4.0.0: mass (kg) and moments (kg*m^2) of a moving body, principal moments of a fullinertia.

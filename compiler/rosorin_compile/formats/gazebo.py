@@ -45,6 +45,7 @@ SDF_DEFAULTS = {
     "imu": {"enable_orientation": "true"},
     "noise": {"mean": "0", "bias_mean": "0", "bias_stddev": "0"},
 }
+SPRING = ("springStiffness", "springReference")
 SDF_FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
 SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
 
@@ -357,8 +358,9 @@ def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter
             elif element.tag == "gazebo" and not (element.text or "").strip():
                 of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
                 for child in element:
-                    form = _form(child, followers) if child.tag == "sensor" else canonical(child)
-                    found["gazebo", element.get("reference", ""), repr(of), child.tag, form] += 1
+                    form = _form(child, followers) if child.tag in ("sensor", *SPRING) else canonical(child)
+                    if form != "<springReference>0</>":  # the default
+                        found["gazebo", element.get("reference", ""), repr(of), child.tag, form] += 1
             else:
                 found[element.tag, canonical(element)] += 1
     return found

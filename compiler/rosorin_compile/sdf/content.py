@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.format import SourceValue
-from rosorin_compile.formats.gazebo import with_noise
+from rosorin_compile.formats.gazebo import SPRING, with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
@@ -232,7 +232,8 @@ def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[s
     waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
     for name, element in waiting:
         tag, is_own, numbers = element.tag, element.parent is not None and element.parent.tag == "sdf", ""
-        if tag in _FOR_CONVERSION:
+        dynamics = robot.joint[name].dynamics if tag in SPRING and name in robot.joint else None
+        if tag in _FOR_CONVERSION or (dynamics is not None and dynamics.stiffness):
             continue
         if tag in OF_COLLISIONS and not is_own:
             with suppress(ValueError):  # elements with invalid values are reported as not written

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.gazebo import element_differences, followers_of
+from rosorin_compile.formats.gazebo import SPRING, element_differences, followers_of
 from rosorin_compile.formats.imported_robot import Comment, ImportedRobot, as_tree
 from rosorin_compile.formats.robot_files import violations
 from rosorin_compile.language.expand.parts import apply_types
@@ -33,18 +33,18 @@ from .sections import CannotConvert, GazeboSensor, block, entry, gazebo_of, over
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree
 
-CONTROL, SENSORS, ELEMENTS = "control", "sensors", "urdf_elements"
+CONTROL, SENSORS, JOINTS, ELEMENTS = "control", "sensors", "joints", "urdf_elements"
 _FORMATS = ("urdf", "sdf")
 _FEW = 3  # maximum number of names in a line of the report
 
 
 class Candidate(NamedTuple):
-    """An XML element that may be converted to an entry of the section ``control`` or ``sensors``."""
+    """An XML element that may be converted to an entry of ``control`` or ``sensors``, or the spring of a joint."""
 
     section: str
     name: str
     text: int  # index of the XML string in ``urdf_elements``
-    number: int  # index of the <sensor> in that XML string
+    number: int  # index among the children of the <gazebo> in that XML string
     element: Tree
     reference: str = ""  # attribute "reference" of the enclosing <gazebo>: a link or joint
 
@@ -69,7 +69,8 @@ def with_sections(imported: ImportedRobot) -> ConvertedRobot:
     texts = tree.get(ELEMENTS) if tree is not None else None
     if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
         return ConvertedRobot(imported)
-    found, robot = _candidates(texts), imported.robot
+    robot = imported.robot
+    found = [*_candidates(texts), *(_springs(texts, robot) if robot is not None else ())]
     if robot is None or not found:
         return ConvertedRobot(imported)
     return _Conversion(imported, tree, texts, robot).convert(found)
@@ -83,6 +84,8 @@ class _Conversion:
         self.kept: dict[str, str] = {}
 
     def convert(self, found: list[Candidate]) -> ConvertedRobot:
+        springs = [one for one in found if one.section == JOINTS]
+        found = [one for one in found if one.section != JOINTS]
         count = Counter((one.section, one.name) for one in found)
         unique: dict[str, dict[str, Candidate]] = {CONTROL: {}, SENSORS: {}}
         for one in found:
@@ -93,16 +96,18 @@ class _Conversion:
         control, distribution = self.control(unique[CONTROL])
         sensors, gazebo = self.sensors(unique[SENSORS])
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
+        taken += springs
         if not taken:
             return ConvertedRobot(self.imported, None, {}, self.kept)
         elements, comments = self.without(taken)
-        options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
+        options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors or springs else {})
         outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": options}
         if self.imported.format == "sdf" and sensors:
             outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
         sections = {CONTROL: control, SENSORS: sensors, ELEMENTS: elements, "outputs": outputs}
         imported = self.imported._replace(tree=put_values(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors)}
+        names["spring"] = list(dict.fromkeys(one.name for one in springs))
         return ConvertedRobot(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
@@ -234,20 +239,34 @@ def _candidates(texts: Sequence[str]) -> list[Candidate]:
                     found.append(Candidate(CONTROL, element.get("name", "").strip(), index, 0, element))
                 elif element.tag == "gazebo" and set(element.attrib) <= {"reference"}:
                     reference = element.get("reference", "").strip()
-                    for number, child in enumerate(child for child in element if child.tag == "sensor"):
+                    for number, child in ((i, child) for i, child in enumerate(element) if child.tag == "sensor"):
                         found.append(Candidate(SENSORS, child.get("name", "").strip(), index, number, child, reference))
     return found
+
+
+def _springs(texts: Sequence[str], robot: Robot) -> list[Candidate]:
+    """Find the springs that the import also read as ``dynamics`` of a joint, and that a URDF for Gazebo has again."""
+    found = list[Candidate]()
+    for index, text in enumerate(texts):
+        with suppress(ValueError):
+            for element in tree_of(f"<all>{text}</all>"):
+                joint = robot.joint.get(element.get("reference", "")) if element.tag == "gazebo" else None
+                if joint is not None and joint.moves and joint.dynamics is not None and joint.dynamics.stiffness:
+                    springs = [(i, one) for i, one in enumerate(element) if one.tag in SPRING and not one.attrib]
+                    found += [Candidate(JOINTS, joint.name, index, number, one) for number, one in springs]
+    count = Counter((one.name, one.element.tag) for one in found)
+    twice = {name for (name, _), number in count.items() if number > 1}
+    return [one for one in found if one.name not in twice]
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
     """Remove elements from an XML string; return (remaining XML, [(entry path, comment inside a removed element)])."""
     root = parse(Source("", f"<all>{text}</all>")).root
     outer = root.children[0]
-    sensors = [child for child in outer.children if child.tag == "sensor"]
-    elements = {one.name: outer if one.section == CONTROL else sensors[one.number] for one in taken}
+    elements = [(one.name, outer if one.section == CONTROL else outer.children[one.number]) for one in taken]
     is_empty = outer.tag != "gazebo" or len(outer.children) == len(taken)
     remarks: dict[int, tuple[Path, str]] = {}  # (entry path, comment) by offset in ``text``
-    for name, element in (*elements.items(), *([(taken[0].name, outer)] if is_empty else [])):
+    for name, element in (*elements, *([(taken[0].name, outer)] if is_empty else [])):
         for item in (item for inner in element.iter() for item in inner.content):
             if isinstance(item, Remark) and item.kind == COMMENT:
                 remarks.setdefault(item.start, ((taken[0].section, name), item.text))
@@ -255,7 +274,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
     if is_empty:
         return "", comments
     rest = root.document.source.text[outer.start : outer.end]
-    for element in sorted(elements.values(), key=lambda one: one.start, reverse=True):
+    for _, element in sorted(elements, key=lambda one: one[1].start, reverse=True):
         start, end = element.start - outer.start, element.end - outer.start
         rest = rest[:start].rstrip(" \t") + rest[end:].lstrip(" \t")
     return indent_lines("\n".join(line for line in rest.split("\n") if line.strip()), ""), comments

@@ -4,7 +4,7 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from rosorin_compile.formats.gazebo import blocks_in
+from rosorin_compile.formats.gazebo import SPRING, blocks_in
 from rosorin_compile.model import Inertial, Joint, Mesh, Robot
 from rosorin_compile.model.link import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
@@ -146,7 +146,9 @@ def _of_gazebo(robot: Robot) -> Iterator[str]:
     for name, texts in [("", robot.urdf_elements), *holders]:
         for block in blocks_in(texts, "gazebo", "sdf"):
             of = block.get("reference", name)
-            yield from (f"<{inner.tag}>{of and f' of {of}'}" for inner in block if inner.tag not in _HARMLESS)
+            dynamics = robot.joint[of].dynamics if of in robot.joint else None
+            left_out = {*_HARMLESS, *(SPRING if dynamics is not None and dynamics.stiffness else ())}
+            yield from (f"<{inner.tag}>{of and f' of {of}'}" for inner in block if inner.tag not in left_out)
 
 
 # Minima of MuJoCo 4.0.0: mass (kg) and moments (kg*m^2) of a moving body, principal moments of a fullinertia.

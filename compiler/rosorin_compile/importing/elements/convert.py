@@ -60,6 +60,7 @@ class ConvertedRobot(NamedTuple):
     imported: ImportedRobot
     plain: Map | None = None  # the robot before the conversion, or None if no element was converted
     names: Mapping[str, Sequence[str]] = {}  # names of the new entries, by kind such as "sensor"
+    unsimulated: Sequence[str] = ()  # lidars whose rays MuJoCo does not get
     kept: Mapping[str, str] = {}  # name as in ``Candidate.called`` -> reason why the element stays XML
 
 
@@ -98,7 +99,7 @@ class _Conversion:
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
         taken += springs
         if not taken:
-            return ConvertedRobot(self.imported, None, {}, self.kept)
+            return ConvertedRobot(self.imported, None, kept=self.kept)
         elements, comments = self.without(taken)
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors or springs else {})
         outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": options}
@@ -108,7 +109,9 @@ class _Conversion:
         imported = self.imported._replace(tree=put_values(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors)}
         names["spring"] = list(dict.fromkeys(one.name for one in springs))
-        return ConvertedRobot(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
+        names = {key: value for key, value in names.items() if value}
+        unsimulated = [name for name, one in sensors.items() if one.get("mjcf") == []]
+        return ConvertedRobot(imported, self.tree, names, unsimulated, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
         """Convert <ros2_control> blocks; return (entries by name, ROS distribution that supports most of them)."""
@@ -301,6 +304,9 @@ def report_elements(converted: ConvertedRobot) -> list[str]:
             for word, names in converted.names.items()
         ]
         lines.append(f"converted, and equal when they are written back: {', '.join(parts)}")
+    if converted.unsimulated:
+        what = f"{first_of(list(converted.unsimulated), _FEW)}: too many rays, or a field of view that is not symmetric"
+        lines.append(f'left out of the MJCF: {what}; replace "mjcf: []" in the sensor')
     reasons: dict[str, list[str]] = {}
     for what, why in converted.kept.items():
         reasons.setdefault(why, []).append(what)

@@ -216,6 +216,11 @@ def _physics(content: "Content") -> tuple[list[str], list[Diagnostic]]:
     if balls:
         message = f"Gazebo reads no springs of joints that move in several directions: {quote(balls, 3)}"
         lost.append((message, "make each of them several joints, one for each axis"))
+    name, followers = distribution(content.output.options["gazebo"]), [one.name for one in content.joints if one.mimic]
+    if followers and name in ("fortress", CLASSIC):
+        message = f"Gazebo {name} reads no mimic: nothing couples {plural('joint', len(followers))}"
+        message += f" {quote(followers, 3)}"
+        lost.append((message, "use Gazebo harmonic"))
     if mixed:
         message = f"shapes of {quote(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
         lost.append((message, "give each shape a link of its own, or use the SDF"))

@@ -292,9 +292,12 @@ class _Writer:
         names = [name for name, written in self.joints.items() if written != name]
         message = "in the SDF, the suffix _joint is added to joints with the name of a link or frame:"
         report_lost(message, names, "rename the joint in the description")
-        followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
-        message = f"SDF {self.version} has no mimic: in Gazebo nothing couples {plural('joint', len(followers))}"
-        report_lost(message, followers, f"write 'version: \"{FOLLOWERS}\"' in the output")
+        followers, older = [joint.name for joint in robot.joints if joint.mimic], self.version in (OLDEST, "1.10")
+        gazebo = distribution(self.gazebo)
+        what = f"SDF {self.version} has" if older else f"Gazebo {gazebo} reads"
+        message = f"{what} no mimic: in Gazebo nothing couples {plural('joint', len(followers))}"
+        help = f"write 'version: \"{FOLLOWERS}\"' in the output" if older else "use Gazebo harmonic"
+        report_lost(message, followers if older or gazebo in ("fortress", CLASSIC) else [], help)
         for why, names in self.unseen.items():
             help = 'correct that, or write "gazebo: []" in the sensor to leave it out'
             report_lost(f"Gazebo ignores these sensors because {why}:", names, help, "gazebo-cannot-see")

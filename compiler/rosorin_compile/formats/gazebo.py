@@ -19,7 +19,7 @@ from markupsafe import escape
 from rosorin_compile.model import Output, Pose, Robot, Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.wording import plural, quote
 from rosorin_compile.source.xml.elements import canonical, tree_of
@@ -113,7 +113,7 @@ def drive_blocks(
     """Return a ``<gazebo>`` block for each actuator of a joint, and a warning for actuators without a plug-in."""
     # An actuator with gains becomes a controller with the same control law: kp * (command - position) - kv * speed or
     # kv * (command - speed). Joints that the XML snippets in ``others`` already control are skipped.
-    blocks, without, taken = list[str](), list[str](), set[str]()
+    blocks, without, unbounded, taken = list[str](), list[str](), list[str](), set[str]()
     if gazebo in ("", CLASSIC):
         return [], []
     for root in (tree_of(f"<all>{text}</all>") for text in others if "<ros2_control" in text or "<plugin" in text):
@@ -141,6 +141,8 @@ def drive_blocks(
         effort = joint.limit.known_value("effort") if joint.limit else None
         force = actuator.force or ((-effort, effort) if effort else None)
         gains |= {"cmd_min": force[0], "cmd_max": force[1]} if force is not None and kind != MOTOR else {}
+        is_bounded = kind == POSITION or (actuator.range is None and (kind != MOTOR or actuator.force is None))
+        unbounded += [] if is_bounded else [actuator.name or joint.name]
         values = {"joint_name": name, **({"use_force_commands": True} if kind == VELOCITY else {}), **gains}
         file, word = _PLUGINS[kind]
         names = {"filename": f"{program}-{file}-system", "name": f"{namespace}::systems::{word}"}
@@ -148,7 +150,10 @@ def drive_blocks(
         blocks.append("\n".join(_lines(SdfElement("gazebo", elements=(plugin,)), "", number)))
     message = f"Gazebo {gazebo} has no plug-in for {plural('actuator', len(without))} {quote(without, 3)}"
     help = "drive the joint by position, velocity or motor, or by ros2_control"
-    return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
+    lost = [Diagnostic(rule, WARNING, message, help=help)] if without else []
+    message = f"Gazebo does not apply the force or range of {plural('actuator', len(unbounded))} {quote(unbounded, 3)}"
+    note = Diagnostic(rule, NOTE, message, help="bound the commands in the controller")
+    return blocks, [*lost, note] if unbounded else lost
 
 
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")

@@ -304,7 +304,7 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "joints.*.dynamics.armature": Unsupported("no inertia of rotors"),
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
-    "links.*.collision.*.contact.friction.1": Unsupported("only sliding friction"),
+    **{f"links.*.collision.*.contact.friction.{item}": Unsupported("only sliding friction") for item in (1, 2)},
     **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
 }
 # Keys for nodes that publish frames. Sensors are written as links, and read back as links.

@@ -300,7 +300,8 @@ class Conditions:
         value = test.value is not ir.UNKNOWN and bool(xacro.get_boolean_value(test, ""))
         test = ir.Symbol(test.as_flag(), value, "boolean", False)
         before = [(table, dict(dict.items(table)), set(table.unevaluated)) for table in self._tables(symbols)]
-        defined = [(macro, macro.body) for table in self._tables(macros) for macro in dict.values(table)]
+        every = [one for table in self._tables(macros) for one in dict.values(table)]
+        defined = [(macro, macro.body) for macro in every if isinstance(macro, xacro.Macro)]  # others are namespaces
         plain, is_same = _without_not(test.node)
         key = ir.as_text(plain)
         self.assumed[key] = is_same == holds

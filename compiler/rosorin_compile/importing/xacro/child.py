@@ -134,7 +134,7 @@ class Expansion:
             answer["error"] = "it ends the program that expands it"
         if "text" not in answer:
             answer["stack"] = [name for name in xacro.filestack or [] if name]
-        answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
+        answer["files"] = [name for name in dict.fromkeys(map(str, xacro.all_includes)) if os.path.lexists(name)]
         return answer | {"read": list(self.files), "calls": self.calls}
 
     def expand(self, xacro: Any, arguments: dict[str, str]) -> Any:
@@ -179,7 +179,10 @@ class Expansion:
                 parsed = parse(source)
             except MarkupError as problem:
                 xacro.filestack.pop()
-                raise NotMarkup(name, problem.diagnostic.message) from None
+                failure = NotMarkup(name, problem.diagnostic.message)
+                if problem.diagnostic.rule == "file-unreadable":  # no error if the include is optional
+                    raise xacro.XacroException(exc=OSError(name)) from failure
+                raise failure from None
             text = source.text
             if text.startswith("<?xml"):  # remove the encoding declaration, because the text is decoded
                 end = text.find("?>") + 2

@@ -15,21 +15,7 @@ from rosorin_compile.formats.urdf.read import SHAPES
 from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS
 
 from ..description import Expression, Verbatim, in_order
-from .ir import (
-    Call,
-    Comment,
-    Element,
-    If,
-    Macro,
-    Untranslatable,
-    Words,
-    all_of,
-    as_text,
-    call,
-    fold,
-    negate,
-    plain_node,
-)
+from .ir import Call, Comment, Element, If, Macro, Untranslatable, Words, all_of, as_text, fold, negate, plain_node
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -358,7 +344,7 @@ def node_of(value: Any) -> ast.expr | None:
     for piece in pieces:
         node = _parsed(piece[2:-1]) if piece.startswith("${") else ast.Constant(piece)
         if piece.startswith("${") and len(pieces) > 1:
-            node = call("str", node)
+            node = ast.Call(ast.Name("str", ast.Load()), [node], [])
         made = node if made is None else ast.BinOp(made, ast.Add(), node)
     return made
 

@@ -69,7 +69,12 @@ class Evaluator:
         return list(value) if isinstance(value, Iterator) else value
 
     def _constant(self, tree: ast.Constant) -> Any:
-        return ir.symbol_of(ir.with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
+        made = ir.symbol_of(ir.with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
+        if not isinstance(tree.value, str) or made.type not in ("boolean", "number"):
+            return made
+        return ir.Symbol(
+            made.as_text(), made.value if made.value is ir.UNKNOWN else str(made.value), "text", made.known
+        )
 
     def _name(self, tree: ast.Name) -> Any:
         if token := ir.TOKEN.fullmatch(tree.id):

@@ -171,6 +171,8 @@ class Variable:
     names_file: bool = False  # True if the name of a loaded YAML file contains the variable
     names_mesh: bool = False  # True if the value is the name of a mesh or texture file
     printed: bool = False  # True if the value is inserted into a string
+    as_written: bool = False  # True if the text of an argument is used, not the number or boolean that it stands for
+    tested: bool = False  # True if the text is a condition
     used: bool = False
     digits: str = ""  # the number in the format of the source
 
@@ -247,9 +249,11 @@ class Symbol:
             return plain_node(bool(literal(self.constant)))
         if self.type == "boolean":
             return self.node
-        if self.type == "number":
-            return ast.Compare(self.node, [ast.NotEq()], [ast.Constant(0)])
+        if self.type == "number" or (self.type == "text" and type(literal(self.value)) in (int, float)):
+            return ast.Compare(self.as_number(), [ast.NotEq()], [ast.Constant(0)])
         if self.type == "text":
+            if self.variable is not None:
+                self.variable.tested = True
             return ast.Compare(self.node, [ast.In()], [plain_node(["true", "True", "1"])])
         return call("bool", self.node)
 
@@ -266,8 +270,14 @@ class Symbol:
             return ast.List([_number_of_word(word) for word in words], ast.Load())
         return self.node if self.type == "list" else call("numbers", self.node)
 
+    def note_text(self) -> None:
+        """Record that the value is used as text."""
+        if self.variable is not None and isinstance(self.value, str):
+            self.variable.as_written = True
+
     def as_text(self) -> ast.expr:
         """Return the value as a string expression, in the format in which xacro prints the value."""
+        self.note_text()
         if self.pieces or self.constant is not None:
             return self.node
         if self.type == "boolean" and not isinstance(self.value, str):  # a boolean from a string keeps its spelling

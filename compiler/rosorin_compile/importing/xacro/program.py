@@ -36,7 +36,7 @@ class Program(Expansion):
         self.request = request
         self.inlined: dict[str, str] = dict(request["inlined"])  # source position of a macro -> why it is expanded
         self.fixed: dict[str, list[str]] = dict(request["fixed"])  # argument replaced by its value -> [value, reason]
-        # Results of earlier runs: "macro parameter" -> type, and macro -> properties of callers that become parameters.
+        # Results of earlier runs: "macro parameter" or " argument" -> type, macro -> properties that become parameters.
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
 
@@ -51,16 +51,24 @@ class Program(Expansion):
             self.reset()
             try:
                 document: Any = self.expand(self.xacro, {})
-                return Writer(self).answer(document)
+                answer = Writer(self).answer(document)
+                if not self.retype():
+                    return answer
             except Exception as problem:
                 chain = list(causes(problem))
-                if any(isinstance(one, ir.Restart) for one in chain):
+                if self.retype() or any(isinstance(one, ir.Restart) for one in chain):
                     continue
                 failed = next((one for one in chain if isinstance(one, ir.Untranslatable)), None)
                 reason = str(failed or problem) or repr(problem)
                 if failed is None or not self.blame(failed.nodes, reason):
                     return {"error": reason}
         return {"error": "too much of it cannot be translated"}
+
+    def retype(self) -> bool:
+        """Change the type of each argument of which the text is used to text; return True if any type changed."""
+        changed = [one for one in self.arguments.values() if one.as_written and one.type in ("number", "boolean")]
+        self.kinds |= {f" {one.name}": "text" for one in changed}
+        return bool(changed)
 
     def reset(self) -> None:
         ir.Symbol.tokens.clear()
@@ -131,7 +139,8 @@ class Program(Expansion):
         if name not in self.arguments:
             text = str(ir.example_of(default))
             kind = ir.type_of(ir.literal(text))
-            made = self.variable("argument", name, text, kind if kind in ("number", "boolean") else "text")
+            kind = self.kinds.get(f" {name}", kind if kind in ("number", "boolean") else "text")
+            made = self.variable("argument", name, text, kind)
             made.symbol, made.environment = ir.symbol_of(default), environment
             self.arguments[name] = made
         made = self.arguments[name]

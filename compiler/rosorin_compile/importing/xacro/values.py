@@ -90,6 +90,7 @@ class Values:
                 continue
             if piece.variable is not None:
                 piece.variable.printed = True
+                piece.note_text()
             made, is_plain = f"{made}${{{self.expression_text(node)}}}", False
         return made.replace("$${", "${") if is_plain else Expression(made)
 

@@ -119,6 +119,7 @@ class Writer:
                 source.names_mesh |= target.names_mesh
                 source.names_file |= target.names_file
                 source.printed |= target.printed
+                source.as_written |= target.as_written and target.kind == "argument"
                 source.candidates = list(dict.fromkeys([*source.candidates, *target.candidates]))
 
     def _section(self, place: Any, key: str) -> dict[str, Any]:
@@ -304,7 +305,11 @@ class Writer:
     def _allowed(self, variable: ir.Variable) -> list[str]:
         """Return the values to which its default and conditions limit a text argument, or [] for any text."""
         texts = [str(one) for one in variable.candidates]
-        if variable.type != "text" or not texts or variable.printed or "" in texts:
+        if variable.tested:
+            texts += ["true", "false", "True", "False", "1", "0"]
+        elif variable.printed or "" in texts:
+            texts = []
+        if variable.type != "text" or not texts:
             return []
         allowed = list(dict.fromkeys([str(variable.value), *sorted(texts)]))
         return allowed if len(allowed) > 1 else []
@@ -316,10 +321,10 @@ class Writer:
         words = [ir.literal(one) for one in default.split()]
         if not variable.used:
             choices = []
-        elif variable.type == "boolean":
-            choices = ["false" if value is True else "true"]
-        elif variable.type == "number":
-            choices = [str(one) for one in variable.candidates if isinstance(ir.literal(str(one)), (int, float))]
+        elif isinstance(value, bool) and (variable.tested or not self._allowed(variable)):
+            choices = ["false" if value else "true", *(choices if variable.type == "text" else ())]
+        elif isinstance(value, (int, float)) and not self._allowed(variable):
+            choices = [one for one in choices if isinstance(ir.literal(one), (int, float)) or variable.type == "text"]
             other = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
             invented = [other] if other not in choices else []
         elif len(words) > 1 and all(isinstance(one, (int, float)) for one in words):

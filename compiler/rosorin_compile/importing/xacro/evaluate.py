@@ -96,10 +96,15 @@ class Evaluator:
         return self._entry(tree, self._symbol(tree.value), self._symbol(tree.slice))
 
     def _entry(self, tree: ast.Subscript, base: ir.Symbol, key: ir.Symbol) -> ir.Symbol:
-        made = self._made(tree, ast.Subscript(base.node, key.node, ast.Load()), {tree.value: base, tree.slice: key})
-        if isinstance(base.node, ast.Dict) and key.constant is not None:
+        node = base.node
+        if isinstance(node, ast.Dict) and not key.known and not any(one.owner for one in ir.variables_in([node])):
+            self.program.note_comparison([key, ir.symbol_of(list(base.value))])
+            variable = self.program.variable("let", "table", base.value, "table")  # a table cannot be in an expression
+            variable.symbol, node = base, variable.node
+        made = self._made(tree, ast.Subscript(node, key.node, ast.Load()), {tree.value: base, tree.slice: key})
+        if isinstance(base.node, ast.Dict) and key.known:
             pairs = zip(base.node.keys, base.node.values, strict=True)
-            found = [value for one, value in pairs if getattr(one, "value", None) == key.constant]
+            found = [value for one, value in pairs if getattr(one, "value", None) == key.value]
         elif isinstance(base.node, ast.List) and isinstance(key.node, ast.Constant) and type(key.value) is int:
             found = base.node.elts[key.value : key.value + 1]
         else:

@@ -165,6 +165,9 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
             problems.append(error("bad-argument", message, values[parent][1], 'remove it: "parent" is set already'))
         values[parent] = entry["parent"], entry.value_spans["parent"]
         passed.add("parent")
+        if entry.get("joint") is not None:
+            message = f'the macro "{name}" ignores "joint": it creates the joint on its parent itself'
+            problems.append(error("bad-argument", message, entry.key_spans["joint"], 'remove "joint"'))
     texts: dict[str, str] = {}
     for key in [one for one in _DIMENSIONS if entry.get(one) is not None]:
         if is_vector(entry[key], _DIMENSIONS[key]):

@@ -136,7 +136,9 @@ class RobotReader:
     ) -> ImportedRobot:
         """Import the file that an entry of ``include`` refers to; ``by`` is the source position of the entry."""
         call = entry if "macro" in entry else None
-        imported = read_robot(path, ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call), by)
+        spans = entry["args"].key_spans if texts else {}
+        options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call, spans=spans)
+        imported = read_robot(path, options, by)
         # Drop notes of rules, because the rules are checked again for the complete robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)

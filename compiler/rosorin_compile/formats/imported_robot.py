@@ -101,6 +101,7 @@ class ReadOptions:
     checked: bool = True  # check the rules
     trust: bool = False  # allow the file to run code
     call: Map | None = None  # entry of ``include`` that calls a xacro macro ("macro", "with", "parent")
+    spans: Mapping[str, Span] = field(default_factory=dict)  # source positions of arguments in a description
 
 
 def convert_result(made: object, opened: ImportFile) -> ImportedRobot:

@@ -231,7 +231,7 @@ def _errors(
         if unknown := [one for one in options.arguments if one not in known]:
             message = f'{path.name} has no argument "{unknown[0]}"'
             suggestion = report.Suggestion(unknown[0], sorted(known), none="it has none")
-            return [error("unknown-argument", message, first, suggestion)]
+            return [error("unknown-argument", message, options.spans.get(unknown[0], first), suggestion)]
     if "text" in answer:
         return []
     stack = [document]

@@ -149,6 +149,8 @@ LINK = '<link name="l"/>'
         ("*origin", LINK + JOINT.format("base", '<xacro:insert_block name="origin"/>'), "xyz: [3, 0, 0]", "3 0 0"),
         ("parent **inner", LINK + JOINT.format("${parent}", '<xacro:insert_block name="inner"/>'),
          "parent: base, with: {inner: '<origin xyz=\"4 0 0\"/>'}", "4 0 0"),
+        ("parent **inner", LINK + JOINT.format("${parent}", '<xacro:insert_block name="inner"/>'),
+         "parent: base, with: {inner: '<inner><origin xyz=\"4 0 0\"/></inner>'}", "4 0 0"),
         ("parent x:=^|5", LINK + JOINT.format("${parent}", '<origin xyz="${x} 0 0"/>'), "parent: base", "5 0 0"),
         # As xacro.load_yaml makes it, with attributes.
         ("parent at", LINK + JOINT.format("${parent}", '<origin xyz="${at[1].x} 0 0"/>'),

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.compilation import RobotReader
 from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.formats.urdf.read import CHILDREN
 from rosorin_compile.language.expand.files import Reader
 from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
@@ -188,6 +189,9 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
         if key not in passed and "parent" in passed:
             message = f'the macro "{name}" ignores "{key}": it has no block "origin" and no parameter "{key}"'
             help = f'pass the pose in "with" (parameters of the macro: {phrase(keys)})'
+            if twice := next((one for one in (key, "origin", "pose") if one in values), ""):
+                message = f'the pose is passed to the macro "{name}" twice: by "{key}" and by "{twice}" in "with"'
+                help = "remove one of them"
             problems.append(error("bad-argument", message, entry.key_spans[key], help))
     return values, frozenset(passed), problems
 
@@ -221,6 +225,9 @@ def _block(parameter: str, value: Any) -> str:
         raise ValueError(f"is not XML: {problem.diagnostic.message}") from None
     if any(element.tag.startswith("xacro:") for element in root.iter()):
         raise ValueError("has elements of xacro, which only a xacro file may have")
+    is_wrapped = [one.tag for one in root.children] == [key] and not any(key in tags for tags in CHILDREN.values())
+    if parameter.startswith("**") and is_wrapped:  # as in a call in a xacro
+        return _as_text(value)
     if not parameter.startswith("**") and len(root.children) != 1:
         raise ValueError(f"must be one XML element, not {len(root.children)}")
     return text if parameter.startswith("**") else _as_text(value)

@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, field
 from keyword import kwlist
 from typing import Any
@@ -173,6 +174,7 @@ class Variable:
     printed: bool = False  # True if the value is inserted into a string
     as_written: bool = False  # True if the text of an argument is used, not the number or boolean that it stands for
     tested: bool = False  # True if the text is a condition
+    counted: bool = False  # True if the number is used, not only whether it is 0
     used: bool = False
     digits: str = ""  # the number in the format of the source
 
@@ -250,7 +252,9 @@ class Symbol:
         if self.type == "boolean":
             return self.node
         if self.type == "number" or (self.type == "text" and type(literal(self.value)) in (int, float)):
-            return ast.Compare(self.as_number(), [ast.NotEq()], [ast.Constant(0)])
+            number: Any = copy(self.as_number())
+            number.is_test = True
+            return ast.Compare(number, [ast.NotEq()], [ast.Constant(0)])
         if self.type == "text":
             if self.variable is not None:
                 self.variable.tested = True

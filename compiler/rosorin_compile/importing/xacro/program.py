@@ -52,7 +52,7 @@ class Program(Expansion):
             try:
                 document: Any = self.expand(self.xacro, {})
                 answer = Writer(self).answer(document)
-                if not self.retype():
+                if not self.retype(is_complete=True):
                     return answer
             except Exception as problem:
                 chain = list(causes(problem))
@@ -64,11 +64,16 @@ class Program(Expansion):
                     return {"error": reason}
         return {"error": "too much of it cannot be translated"}
 
-    def retype(self) -> bool:
-        """Change the type of each argument of which the text is used to text; return True if any type changed."""
-        changed = [one for one in self.arguments.values() if one.as_written and one.type in ("number", "boolean")]
-        self.kinds |= {f" {one.name}": "text" for one in changed}
-        return bool(changed)
+    def retype(self, is_complete: bool = False) -> bool:
+        """Correct the types of arguments by their uses in a run; return True if any type changed."""
+        kinds: dict[str, str] = {}
+        for one in self.arguments.values():
+            if one.as_written and one.type in ("number", "boolean"):
+                kinds[f" {one.name}"] = "text"
+            elif is_complete and one.used and not one.counted and one.type == "number" and one.value in ("0", "1"):
+                kinds[f" {one.name}"] = "boolean"
+        self.kinds |= kinds
+        return bool(kinds)
 
     def reset(self) -> None:
         ir.Symbol.tokens.clear()
@@ -123,8 +128,8 @@ class Program(Expansion):
         if isinstance(made, str):  # remove the quotes
             first, *inner, last = value.pieces or ["", "", ""]
             return ir.join_pieces([first[1:], *inner, last[:-1]]) if value.pieces else value
-        if isinstance(made, bool):
-            return ir.Symbol(value.as_flag(), made, "boolean", value.known)
+        if isinstance(made, bool) or value.type == "boolean":
+            return ir.Symbol(value.as_flag(), bool(made), "boolean", value.known)
         return ir.Symbol(value.as_number(), made, "number", value.known)
 
     def note_comparison(self, items: list[ir.Symbol]) -> None:

@@ -37,6 +37,7 @@ class Values:
                     self.program.named.unfound[name] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
+                one.variable.counted |= not hasattr(one, "is_test")
         return ir.as_text(node)
 
     def expression(self, node: ast.expr) -> Expression:

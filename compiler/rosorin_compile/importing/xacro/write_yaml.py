@@ -321,7 +321,9 @@ class Writer:
         words = [ir.literal(one) for one in default.split()]
         if not variable.used:
             choices = []
-        elif isinstance(value, bool) and (variable.tested or not self._allowed(variable)):
+        elif variable.type == "boolean" or (
+            isinstance(value, bool) and (variable.tested or not self._allowed(variable))
+        ):
             choices = ["false" if value else "true", *(choices if variable.type == "text" else ())]
         elif isinstance(value, (int, float)) and not self._allowed(variable):
             choices = [one for one in choices if isinstance(ir.literal(one), (int, float)) or variable.type == "text"]

@@ -181,7 +181,7 @@ class Writer:
         if node.tag == "material":
             if self._macro is not None:  # materials are defined in the robot, not in parts
                 if when is not None or any(one.owner for one in ir.variables_in(ir.expressions_in([node]))):
-                    raise ir.Untranslatable("it defines materials of several values, which the robot shares")
+                    raise ir.Untranslatable("it defines a material that depends on its parameters or a condition")
                 document = self.documents.setdefault(self._file(place), {})
             name = self.values.text(node.attributes.get("name", []))
             value = self.entries.finish(self.entries.fragment(node.body, "material"))

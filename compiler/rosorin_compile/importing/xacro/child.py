@@ -127,7 +127,7 @@ class Expansion:
             answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
         except Exception as problem:  # a xacro can run any code, which can raise any exception
-            answer |= _error(problem) | {"at": _place_of_error(problem)}
+            answer |= _error(problem, xacro.filestack) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
             answer |= {"is_late": True, "at": _place_of_error(problem)}
         except (SystemExit, KeyboardInterrupt):
@@ -272,7 +272,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
     return Path(os.path.relpath(path, folders[-1])).as_posix()
 
 
-def _error(problem: BaseException) -> dict[str, Any]:
+def _error(problem: BaseException, stack: Sequence[str]) -> dict[str, Any]:
     """Convert the root cause of an exception that xacro may have wrapped to keys of the JSON answer."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
@@ -280,7 +280,8 @@ def _error(problem: BaseException) -> dict[str, Any]:
         if isinstance(cause, NotMarkup):
             return {"markup": cause.args[0], "error": cause.args[1]}
         if isinstance(cause, RecursionError):
-            return {"error": "macros or properties call each other without end"}
+            cycle = "files include" if len(stack) > 2 * len({*stack}) else "macros or properties call"
+            return {"error": f"{cycle} each other without end"}
         if isinstance(cause, MemoryError):
             return {"error": "it needs more memory than there is"}
     return {"error": str(problem) or repr(problem)}

@@ -235,7 +235,7 @@ def _errors(
     if "text" in answer:
         return []
     stack = [document]
-    for name in answer.get("stack", ())[1:]:
+    for name in list(dict.fromkeys(answer.get("stack", ())))[1:]:
         with suppress(MarkupError):
             stack.append(Document(read_source(Path(os.path.normpath(name)))))
     element = origins.element(answer.get("at"))

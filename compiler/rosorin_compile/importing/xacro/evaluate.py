@@ -326,6 +326,7 @@ class Conditions:
             if any(isinstance(one, ir.Restart) for one in chain) or (value == holds and not is_endless):
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
+            reason = "it controls how often a macro calls itself" if is_endless else reason
             if is_endless or any(isinstance(one, ir.Untranslatable) for one in chain):
                 raise (ir.Restart if program.blame([test.node], reason) else ir.Untranslatable(reason)) from None
             program.refused |= dict.fromkeys(ir.variables_in([test.node]), reason)

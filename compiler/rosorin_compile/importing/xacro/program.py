@@ -307,7 +307,8 @@ class Program(Expansion):
         """Evaluate an attribute that contains a name. Raises Untranslatable if the name depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not ir.is_known(name):
-            raise ir.Untranslatable("the name of an element or attribute depends on it", name.node)
+            kind = "a macro" if attribute == "macro" else "an element or attribute"
+            raise ir.Untranslatable(f"the name of {kind} depends on it", name.node)
         return str(ir.example_of(name))
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:

@@ -255,6 +255,7 @@ def test_a_file_that_was_deleted_stays_deleted(rover: Path, capsys: pytest.Captu
     before = there()
     assert run("--no-parts") == 0
     assert there() == before
+    assert "links.yaml was deleted, and robot.yaml includes it" in capsys.readouterr().err
     Path("cart.urdf").write_text(Path("cart.urdf").read_text().replace('<mass value="', '<mass value="1', 1))
     assert run("--no-parts") == 0
     said = capsys.readouterr().err

@@ -125,8 +125,10 @@ def import_again(
         elif new is None and own is not None:
             left = f"was edited, and the newer {source} has nothing for it: it stays"
             help = "remove it if you do not need it"
-        elif own is None and base is not None and new not in (None, base):
-            left = f"was deleted, and the newer {source} changes it: it is not written again"
+        elif own is None and base is not None and new is not None:
+            includes = f"{Description.ROOT_FILE} includes it" if name in ours.get(Description.ROOT_FILE, "") else ""
+            why = f"the newer {source} changes it" if new != base else includes
+            left = f"was deleted, and {why}: it is not written again" if why else ""
             help = "to get it back, import into a new folder with -o"
         elif new is not None and own == base:
             files[name] = new

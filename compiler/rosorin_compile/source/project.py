@@ -75,7 +75,8 @@ class Description:
     def nearest_file(path: Path) -> Path | None:
         """Return the file whose name is most similar to that of a missing file, ignoring extensions, or None."""
         with suppress(OSError, ValueError):
-            stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
+            found = [file for file in sorted(path.parent.iterdir()) if files.is_file(file)]
+            stems = {file.stem: file for file in found if file.suffix != ".imported"}  # not a record of an import
             return stems.get(nearest(path.stem, stems) or "")
         return None
 

@@ -388,8 +388,7 @@ class NamedFiles:
         if not name.known:
             for one in ir.variables_in([name.node]):
                 one.names_file = True
-            for path in self._candidates(name):
-                self._copy(path)
+            self.copy_candidates(name)
             node = ir.symbol_of(ir.join_pieces(self.name_of(ir.pieces_of(name)))).node
         value = self.program.xacro.load_yaml(str(name.value))
         return ir.Symbol(ir.call("load", node), value, ir.type_of(value), name.known)
@@ -421,8 +420,8 @@ class NamedFiles:
                 self.copied[name] = files.read_text(Path(path))
         return name
 
-    def _candidates(self, name: ir.Symbol) -> list[str]:
-        """Find the files that a file name with arguments can match; record the argument values as ``candidates``."""
+    def copy_candidates(self, name: ir.Symbol) -> None:
+        """Copy the files that a file name with arguments can match; record the argument values as ``candidates``."""
         pattern, form, variables = "", "", []
         for piece in ir.pieces_of(name):
             variable = piece.variable if isinstance(piece, ir.Symbol) else None
@@ -433,12 +432,13 @@ class NamedFiles:
                 variables.append(variable)
                 pattern, form = f"{pattern}*", f"{form}([^/]+)"
             else:
-                return []
-        if not re.search(r"\w", pattern):
-            return []
+                return
+        if not variables or not re.search(r"\w", pattern):
+            return
         folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
         found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - the pattern may be absolute
         for match in filter(None, (re.fullmatch(form, path) for path in found)):
             for variable, value in zip(variables, match.groups(), strict=True):
                 variable.candidates.append(value)
-        return found
+        for path in found:
+            self._copy(path)

@@ -56,6 +56,9 @@ class Writer:
             self._body(body, None)
             name = self.values.text(ir.pieces_of(ir.with_tokens(root.getAttribute("name"))))
         self._propagate()
+        for argument in program.arguments.values():
+            if argument.names_file:  # its default may be made of other arguments
+                program.named.copy_candidates(ir.symbol_of(argument.symbol))
         before = -1
         while before != (before := sum(one.used for one in program.variables)):
             self._write_arguments()

@@ -70,11 +70,11 @@ class Evaluator:
 
     def _constant(self, tree: ast.Constant) -> Any:
         made = ir.symbol_of(ir.with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
-        if not isinstance(tree.value, str) or made.type not in ("boolean", "number"):
-            return made
-        return ir.Symbol(
-            made.as_text(), made.value if made.value is ir.UNKNOWN else str(made.value), "text", made.known
-        )
+        return self._text(made) if isinstance(tree.value, str) and made.type in ("boolean", "number") else made
+
+    def _text(self, item: ir.Symbol) -> ir.Symbol:
+        value = ir.UNKNOWN if item.value is ir.UNKNOWN else str(item.value)
+        return item if item.type == "text" else ir.Symbol(item.as_text(), value, "text", item.known, [item])
 
     def _name(self, tree: ast.Name) -> Any:
         if token := ir.TOKEN.fullmatch(tree.id):
@@ -126,9 +126,8 @@ class Evaluator:
         if len(left) == 1:
             return left[0]
         examples = [one.value for one in left]
-        found = (
-            ir.UNKNOWN if ir.UNKNOWN in examples else next((one for one in examples if bool(one) == wins), examples[-1])
-        )
+        found = next((one for one in examples if bool(one) == wins), examples[-1])
+        found = ir.UNKNOWN if ir.UNKNOWN in examples else found
         types = {one.type for one in left}
         nodes = [one.as_truth() if types == {"boolean"} else one.node for one in left]
         return ir.Symbol(ast.BoolOp(tree.op, nodes), found, types.pop() if len(types) == 1 else "", False)
@@ -209,9 +208,7 @@ class Evaluator:
         if name == "arg":
             return ir.symbol_of(self.program.literal(self.program.argument(str(self._symbol(tree.args[0]).value))))
         if name == "str" and len(tree.args) == 1:
-            item = self._symbol(tree.args[0])
-            value = ir.UNKNOWN if item.value is ir.UNKNOWN else str(item.value)
-            return item if item.type == "text" else ir.Symbol(item.as_text(), value, "text", item.known, [item])
+            return self._text(self._symbol(tree.args[0]))
         if name not in _FUNCTIONS.split():
             return self._computed(tree)
         return self._function(tree, name, {})

@@ -25,14 +25,12 @@ from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Source, Span, error
 from rosorin_compile.source.files import label, record
 from rosorin_compile.source.messages import with_calls
-from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
 from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, name_of, parse, read_source
 
 from .child import Place
-from .macros import how_to_call, macro_call, macros_of
+from .macros import macro_call, no_links, without_mount
 
 MAX_SECONDS = 30  # CPU time; overridden by ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets
 _PATIENCE, _START = 4, 60  # wall-clock limit: _PATIENCE * CPU limit + _START, in seconds
@@ -178,7 +176,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics.append(replace(warning, message=f"{message}: {label(others[0])} is not a trusted file"))
     origins = _Origins(answer, document, path)
     diagnostics += _remarks(answer, first)
-    problems = _errors(answer, document, path, origins, options, files)
+    problems = _errors(answer, document, origins, options, files)
     if problems:
         return ImportedRobot(None, [*diagnostics, *problems], (), files)
     try:
@@ -194,7 +192,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return ImportedRobot(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount link has no source position
-    problem = None if links or mount else _no_links(document, path, options)
+    problem = None if links or mount else no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         problem = error("wrong-root", f"{path.name} expands to <{made.root.tag}>, not to <robot>", made.root.span, help)
@@ -202,7 +200,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         return ImportedRobot(None, [*diagnostics, problem], (), files)
     read = read_urdf(made, path, options, files)
     if mount and read.tree is not None:
-        read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
+        read = read._replace(tree=without_mount(read.tree, mount), mount=mount)
     packages = {name: Path(folder) for name, folder in answer["packages"].items()}
     more = map(with_calls, [*read.diagnostics, *_of_this_machine(made, answer["folders"])])
     passed = call.passed if call is not None else frozenset()
@@ -210,12 +208,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
 
 
 def _errors(
-    answer: Mapping[str, Any],
-    document: Document,
-    path: Path,
-    origins: _Origins,
-    options: ReadOptions,
-    files: Sequence[Path],
+    answer: Mapping[str, Any], document: Document, origins: _Origins, options: ReadOptions, files: Sequence[Path]
 ) -> list[Diagnostic]:
     """Return the errors that prevented the expansion of a file, or an error for an undeclared argument."""
     first = document.root.span
@@ -229,7 +222,7 @@ def _errors(
             with suppress(MarkupError):
                 known |= {declared or read for declared, read in _ARGUMENT.findall(read_source(file).text)}
         if unknown := [one for one in options.arguments if one not in known]:
-            message = f'{path.name} has no argument "{unknown[0]}"'
+            message = f'{files[0].name} has no argument "{unknown[0]}"'
             suggestion = report.Suggestion(unknown[0], sorted(known), none="it has none")
             return [error("unknown-argument", message, options.spans.get(unknown[0], first), suggestion)]
     if "text" in answer:
@@ -263,29 +256,6 @@ def _errors(
     message = f"xacro cannot expand the file: {text}"[:600]
     helps = [help.format(found[1]) for said, help in _HELPS.items() if (found := re.search(said, text))]
     return [error("xacro-error", message, span, answer.get("help") or next(iter(helps), ""), related)]
-
-
-def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
-    """Return the error if a macro creates no link, or if a file only defines macros, else None."""
-    if options.call is not None:
-        message, span = f'the macro "{options.call["macro"]}" creates no link', options.call.value_spans["macro"]
-        return error("no-links", message, span, "call a macro that creates links")
-    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
-    message = f"{path.name} creates no link: it only defines macros for other files"
-    return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
-
-
-def _without_mount(tree: Map, mount: str) -> Map:
-    """Remove ``mount``, a link of the including robot to which a macro attaches its links, from the expanded robot."""
-    made = tree.copy()
-    made["links"] = made["links"].copy()
-    del made["links"][mount]
-    if (accept := tree.get("accept")) is not None:
-        made["accept"] = Seq(accept.span)
-        for entry, span in zip(accept, accept.value_spans, strict=True):
-            if mount not in entry["of"]:
-                made["accept"].put(entry, span)
-    return made
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:

@@ -274,14 +274,10 @@ class Symbol:
             return ast.List([_number_of_word(word) for word in words], ast.Load())
         return self.node if self.type == "list" else call("numbers", self.node)
 
-    def note_text(self) -> None:
-        """Record that the value is used as text."""
-        if self.variable is not None and isinstance(self.value, str):
-            self.variable.as_written = True
-
     def as_text(self) -> ast.expr:
         """Return the value as a string expression, in the format in which xacro prints the value."""
-        self.note_text()
+        if self.variable is not None and isinstance(self.value, str):
+            self.variable.as_written = True
         if self.pieces or self.constant is not None:
             return self.node
         if self.type == "boolean" and not isinstance(self.value, str):  # a boolean from a string keeps its spelling

@@ -20,7 +20,7 @@ from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, phrase, quote
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH
 from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
@@ -147,6 +147,29 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
         f"<{CALL}><xacro:{name}{attributes}>{blocks}</xacro:{name}></{CALL}></robot>"
     )
     return Call(text, passed)
+
+
+def no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
+    """Return the error if a macro creates no link, or if a file only defines macros, else None."""
+    if options.call is not None:
+        message, span = f'the macro "{options.call["macro"]}" creates no link', options.call.value_spans["macro"]
+        return error("no-links", message, span, "call a macro that creates links")
+    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
+    message = f"{path.name} creates no link: it only defines macros for other files"
+    return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
+
+
+def without_mount(tree: Map, mount: str) -> Map:
+    """Remove ``mount``, a link of the including robot to which a macro attaches its links, from the expanded robot."""
+    made = tree.copy()
+    made["links"] = made["links"].copy()
+    del made["links"][mount]
+    if (accept := tree.get("accept")) is not None:
+        made["accept"] = Seq(accept.span)
+        for entry, span in zip(accept, accept.value_spans, strict=True):
+            if mount not in entry["of"]:
+                made["accept"].put(entry, span)
+    return made
 
 
 def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:

@@ -67,11 +67,10 @@ class Program(Expansion):
     def retype(self, is_complete: bool = False) -> bool:
         """Correct the types of arguments by their uses in a run; return True if any type changed."""
         kinds: dict[str, str] = {}
-        for one in self.arguments.values():
-            if one.as_written and one.type in ("number", "boolean"):
-                kinds[f" {one.name}"] = "text"
-            elif is_complete and one.used and not one.counted and one.type == "number" and one.value in ("0", "1"):
-                kinds[f" {one.name}"] = "boolean"
+        for one in [one for one in self.arguments.values() if one.type in ("number", "boolean")]:
+            is_test = is_complete and one.used and not one.counted and one.value in ("0", "1")
+            if one.as_written or (is_test and one.type == "number"):
+                kinds[f" {one.name}"] = "text" if one.as_written else "boolean"
         self.kinds |= kinds
         return bool(kinds)
 

@@ -81,16 +81,14 @@ class _Fault(NamedTuple):
     combination: Combination
 
 
-def translate(
-    path: Path, options: ReadOptions, imported: ImportedRobot, wanted: Outputs, target: Target
-) -> Translation:
+def translate(path: Path, options: ReadOptions, robot: ImportedRobot, wanted: Outputs, target: Target) -> Translation:
     """Translate a xacro to a description. If that fails, the result has no files, and ``report`` has the reason.
 
-    ``imported`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
+    ``robot`` is the robot that the xacro expands to with the arguments in ``options``. ``wanted`` is the section
     ``outputs`` of the description.
     """
     try:
-        return _Search(path, options, imported, wanted, target).run()
+        return _Search(path, options, robot, wanted, target).run()
     except (MarkupError, _Flat, OSError) as problem:
         reason = problem.diagnostic.message if isinstance(problem, MarkupError) else str(problem)
     return Translation({}, [f"flat, without macros and arguments: {reason}"])
@@ -99,15 +97,13 @@ def translate(
 class _Search:
     """Repeats the translation with fewer macros and arguments until the compiled robot equals the output of xacro."""
 
-    def __init__(
-        self, path: Path, options: ReadOptions, imported: ImportedRobot, wanted: Outputs, target: Target
-    ) -> None:
-        self.path, self.options, self.imported, self.target = path, options, imported, target
+    def __init__(self, path: Path, options: ReadOptions, robot: ImportedRobot, wanted: Outputs, target: Target) -> None:
+        self.path, self.options, self.imported, self.target = path, options, robot, target
         self.outputs = dict(wanted.entries)
         if "urdf" in self.outputs:  # the xacro has Gazebo and ros2_control elements, so do not generate them
             urdf = self.outputs["urdf"]
             self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
-        self.robots: dict[Combination, ImportedRobot] = {(): imported}  # arguments -> robot that xacro generates
+        self.robots: dict[Combination, ImportedRobot] = {(): robot}  # arguments -> robot that xacro generates
         self.inlined: dict[str, str] = {}  # why a macro is expanded, by its source position
         self.fixed: dict[str, list[str]] = {}  # [value, reason] of each replaced argument by name
         self.began = sum(os.times()[:4])  # CPU time in seconds, including child processes
@@ -170,9 +166,7 @@ class _Search:
         made = [(row, self.robots[row]) for row in rows if row in self.robots]
         return [row for row, one in made if one.tree is None or has_errors(one.diagnostics)]
 
-    def compare(
-        self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]
-    ) -> list[Combination] | _Fault:
+    def compare(self, files: Mapping[str, str], rows: _Rows, packages: Mapping[str, Path]) -> _Rows | _Fault:
         """Compare a translation with the output of xacro; return the combinations that are equal, or a difference."""
         compared: list[Combination] = []
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:

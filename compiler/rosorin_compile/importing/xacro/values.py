@@ -84,14 +84,14 @@ class Values:
                 made += escape(piece).replace("${", "$${")
                 continue
             is_raw = isinstance(piece.value, str) or piece.type in ("number", "", "table")
-            node = piece.node if is_raw and piece.type != "list" else piece.as_text()
+            text = piece.as_text()
+            node = piece.node if is_raw and piece.type != "list" else text
             value = ir.fold(node)
             if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
                 made += escape(str(value)).replace("${", "$${")
                 continue
             if piece.variable is not None:
                 piece.variable.printed = True
-                piece.note_text()
             made, is_plain = f"{made}${{{self.expression_text(node)}}}", False
         return made.replace("$${", "${") if is_plain else Expression(made)
 

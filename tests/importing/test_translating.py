@@ -161,6 +161,7 @@ MESH = (
     '<mesh filename="file://$(find tool)/meshes/${file}.stl"/></geometry></visual></link></xacro:macro>'
     '<xacro:shown file="a"/>'
 )
+JOINT = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
 
 
 @pytest.mark.parametrize("by_option", [False, True])
@@ -176,11 +177,16 @@ def test_a_folder_of_a_package_is_found_on_another_machine(
         monkeypatch.setenv("ROS_PACKAGE_PATH", str(folder.parent))
         return []
 
-    Path("robot.xacro").write_text(f"{HEAD}{PLUGIN}{MESH}</robot>")
+    chosen = (
+        MESH.replace("shown", "chosen").replace('params="', 'params="package ').replace("find tool", "find ${package}")
+    )
+    chosen = chosen.replace('file="a"', 'file="b" package="tool"')
+    Path("robot.xacro").write_text(f"{HEAD}{PLUGIN}{MESH}{chosen}{JOINT}</robot>")
     assert main(["import", "robot.xacro", "-o", "made", "--trust", *words("here")]) == 0
     made = Path("made/robot.yaml").read_text()
     assert "<parameters>${find('tool')}/a.yaml</parameters>" in made
     assert "package://tool/meshes/${file}.stl" in made
+    assert "package://${package}/meshes/${file}.stl" in made
     assert not any(str(home) in path.read_text("utf-8") for path in Path("made").iterdir())
     assert main(["all", "made", *words("there")]) == 0
     assert f"<parameters>{home}/there/tool/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text()

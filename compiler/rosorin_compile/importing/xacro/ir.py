@@ -223,10 +223,10 @@ class Symbol:
 
     @property
     def package(self) -> str:
-        """The name of the ROS package if the expression is ``find(NAME)``, else ""."""
+        """The name of the ROS package if the expression is ``find(NAME)`` with a constant, else ""."""
         node: Any = self._node
         is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
-        return str(node.args[0].value) if is_find else ""
+        return str(node.args[0].value) if is_find and isinstance(node.args[0], ast.Constant) else ""
 
     @property
     def declared_type(self) -> str:

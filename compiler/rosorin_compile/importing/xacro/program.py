@@ -166,13 +166,14 @@ class Program(Expansion):
         if kind == "eval":
             return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
         named = ir.with_tokens(rest.strip())
-        if not ir.is_known(named):
+        is_known, rest = ir.is_known(named), str(ir.example_of(named))
+        if not is_known and (kind != "find" or named.value is ir.UNKNOWN):
             raise ir.Untranslatable(f"$({kind}) cannot be translated", named.node)
-        rest = str(ir.example_of(named))
         if kind == "arg":
             return self.argument(rest)
         if kind == "find":
-            return ir.Symbol(ir.call("find", ast.Constant(rest)), self.share(rest), "text", True)
+            node = ast.Constant(rest) if is_known else named.node
+            return ir.Symbol(ir.call("find", node), self.share(rest), "text", is_known)
         name, _, default = rest.partition(" ")
         if kind == "optenv" or (kind == "env" and name in os.environ):
             if name not in self.fixed:

@@ -31,10 +31,9 @@ class Values:
     def expression_text(self, node: ast.expr) -> str:
         """Format an expression, and mark the variables and packages in it as used."""
         for one in ast.walk(node):
-            if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
-                name = one.args[0].value  # type: ignore[attr-defined]
-                if not self.program.named.finds(name):
-                    self.program.named.unfound[name] = None
+            package = ir.Symbol(one, "", "", True).package if isinstance(one, ast.expr) else ""
+            if package and not self.program.named.finds(package):
+                self.program.named.unfound[package] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
                 one.variable.counted |= not hasattr(one, "is_test")
@@ -67,9 +66,11 @@ class Values:
         if first == "file://":
             return self._file_name(pieces[1:])
         if isinstance(first, ir.Symbol):
-            return (
-                ir.pieces_of(ir.join_pieces([f"package://{first.package}", *pieces[1:]])) if first.package else pieces
-            )
+            node: Any = first.node
+            if not isinstance(node, ast.Call) or getattr(node.func, "id", "") != "find":
+                return pieces
+            package = ir.Symbol(node.args[0], ir.UNKNOWN, "text", first.known)
+            return ir.pieces_of(ir.join_pieces(["package://", package, *pieces[1:]]))
         program = self.program
         first = portable(f"{first}x", program.packages, [*map(str, program.xacro.all_includes), program.file])[:-1]
         if self.meshes and "://" not in first and not first.startswith("/"):

@@ -125,9 +125,8 @@ class Evaluator:
             left.pop()
         if len(left) == 1:
             return left[0]
-        examples = [one.value for one in left]
-        found = next((one for one in examples if bool(one) == wins), examples[-1])
-        found = ir.UNKNOWN if ir.UNKNOWN in examples else found
+        values = [one.value for one in left]
+        found = ir.UNKNOWN if ir.UNKNOWN in values else next((one for one in values if bool(one) == wins), values[-1])
         types = {one.type for one in left}
         nodes = [one.as_truth() if types == {"boolean"} else one.node for one in left]
         return ir.Symbol(ast.BoolOp(tree.op, nodes), found, types.pop() if len(types) == 1 else "", False)

@@ -276,8 +276,6 @@ class Symbol:
 
     def as_text(self) -> ast.expr:
         """Return the value as a string expression, in the format in which xacro prints the value."""
-        if self.variable is not None and isinstance(self.value, str):
-            self.variable.as_written = True
         if self.pieces or self.constant is not None:
             return self.node
         if self.type == "boolean" and not isinstance(self.value, str):  # a boolean from a string keeps its spelling
@@ -290,7 +288,9 @@ class Symbol:
             return ast.Constant(str(value))
         if self.type == "list":
             return call("join", ast.Constant(" "), self.node)
-        return self.node if self.type == "text" else call("str", self.node)
+        node: Any = copy(self.node)
+        node.is_text = isinstance(self.value, str)
+        return node if self.type == "text" else call("str", node)
 
 
 def symbol_of(value: Any) -> Symbol:

@@ -37,6 +37,7 @@ class Values:
             if hasattr(one, "variable"):
                 one.variable.used = True
                 one.variable.counted |= not hasattr(one, "is_test")
+                one.variable.as_written |= getattr(one, "is_text", False)
         return ir.as_text(node)
 
     def expression(self, node: ast.expr) -> Expression:
@@ -85,14 +86,14 @@ class Values:
                 made += escape(piece).replace("${", "$${")
                 continue
             is_raw = isinstance(piece.value, str) or piece.type in ("number", "", "table")
-            text = piece.as_text()
-            node = piece.node if is_raw and piece.type != "list" else text
+            node = piece.node if is_raw and piece.type != "list" else piece.as_text()
             value = ir.fold(node)
             if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
                 made += escape(str(value)).replace("${", "$${")
                 continue
             if piece.variable is not None:
                 piece.variable.printed = True
+                piece.variable.as_written |= isinstance(piece.value, str)
             made, is_plain = f"{made}${{{self.expression_text(node)}}}", False
         return made.replace("$${", "${") if is_plain else Expression(made)
 

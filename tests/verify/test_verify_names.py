@@ -5,11 +5,11 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compilation import CompileResult, compile_robot, emit_published
+from rosorin_compile.formats.compilation import CompileResult, compile_robot
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected_edges import Options
 from rosorin_compile.recordings.results import Verification, summary
-from rosorin_compile.recordings.verification import verify
+from rosorin_compile.recordings.verification import emit_published, verify
 from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description as RobotOnDisk
 from support import bags

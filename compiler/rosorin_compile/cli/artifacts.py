@@ -110,8 +110,7 @@ def run_print(run: Run) -> int:
     console.unlisted.clear()
     if not compiled.artifacts:
         errors = [one.rule for one in compiled.diagnostics if one.severity == ERROR]
-        is_description = description.path.suffix in (*Description.ENDINGS, "")
-        name = description.name if is_description else description.path.name
+        name = description.name if description.path.suffix in (*Description.ENDINGS, "") else description.path.name
         console.warn(f"{name}: {count_of(len(errors), 'error')}, nothing printed")
         return USAGE if set(errors) <= {UNKNOWN} else PROBLEMS
     (artifact,) = compiled.artifacts

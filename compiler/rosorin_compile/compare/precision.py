@@ -66,11 +66,6 @@ def join_errors(first: float, second: float) -> float:
     return larger + min(smaller, larger / 2)
 
 
-def same_number(first: float, second: float, tolerance: float = NOISE) -> bool:
-    """Return True if two numbers are equal within ``tolerance``, relative to the larger number or to 1."""
-    return abs(first - second) <= tolerance * max(1.0, abs(first), abs(second))
-
-
 class RoundedTransform(NamedTuple):
     """A transform with its largest errors: ``length`` (m) for the position, ``angle`` (rad) for the rotation."""
 

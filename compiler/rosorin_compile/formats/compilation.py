@@ -20,7 +20,7 @@ from rosorin_compile.rules import check as rules
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.magnitudes import collect
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
-from rosorin_compile.source.files import label, read_text, record_reads
+from rosorin_compile.source.files import label, record_reads
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
@@ -297,12 +297,3 @@ def emit(
     return CompileResult(
         robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes
     )
-
-
-def emit_published(understood: LoadedRobot, path: Path) -> CompileResult:
-    """Generate the URDF of a robot in another format; the text of a URDF file is returned unchanged."""
-    compiled = emit(understood, path)
-    if path.suffix.lower() in FORMATS.published_format().endings:
-        text = read_text(path, errors="replace")
-        return replace(compiled, artifacts=tuple(replace(one, text=text) for one in compiled.artifacts))
-    return compiled

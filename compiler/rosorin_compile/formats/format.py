@@ -125,11 +125,6 @@ class ImportFile:
         return where if isinstance(where, Span) else Span(self.source, where, column, length)
 
 
-def described_by(distribution: str) -> str:
-    """Return the distribution whose rules are used for ``distribution``: Humble for Humble, and Jazzy for any other."""
-    return HUMBLE if distribution == HUMBLE else JAZZY
-
-
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
     """Return a warning that a description cannot express ``what``; ``many`` is True if ``what`` is a plural."""
     message = f"{what} {'are' if many else 'is'} not carried over"
@@ -353,10 +348,7 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
 
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
-    """Yield a note for each format that does not support some of the keys in the description.
-
-    If only some outputs of the format lack keys, because of their options, yield a note for each of these outputs.
-    """
+    """Yield a note for each format, or for one output of it, that does not support some keys of the description."""
     outputs = list(outputs)
     for name in dict.fromkeys(output.backend for output in outputs):
         some = [(output, _lost(formats[name], output)) for output in outputs if output.backend == name]

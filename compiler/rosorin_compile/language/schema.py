@@ -150,11 +150,6 @@ def named_as(kind: str) -> tuple[str, ...]:
     return tuple(key for key, node in sections().items() if node.keys is not None and node.keys.gives == kind)
 
 
-def of_topic(topic: str) -> list[str]:
-    """Return the sections about a topic (``x-topic``); formats list the topics that they cannot express."""
-    return [key for key, node in sections().items() if node.topic == topic]
-
-
 @cache
 def of_parts() -> tuple[str, ...]:
     """Return the sections that parts may contain."""

@@ -22,10 +22,6 @@ _STL_VERTEX = re.compile(rb"(?:^|[\r\n])[ \t]*vertex[ \t]+([^\r\n]*)", re.IGNORE
 Clouds = Callable[[Mesh], Sequence[Vector] | None]
 
 
-def no_clouds(mesh: Mesh) -> None:
-    """Return None for every mesh; used as ``Clouds`` by callers without mesh files."""
-
-
 class UnreadableMesh(Exception):
     """Raised for a damaged or unsupported mesh file. The message is a clause, such as "the file is empty"."""
 

@@ -357,13 +357,15 @@ class Robot:
         components = [one for block in self.control for one in block.joints]
         measured = {one.name for one in components if "position" in one.states}
         broadcasters = [one.params for one in self.controllers if one.type.startswith("joint_state_broadcaster")]
-        keys = ("joints", "interfaces", "extra_joints")
-        values = [[one.get(key, ()) for key in keys] for one in broadcasters]
-        lists = [[list(map(str, value)) if isinstance(value, tuple) else [] for value in one] for one in values]
-        # joint_state_broadcaster publishes all interfaces unless both "joints" and "interfaces" are set.
-        every = not lists or any(not joints or not interfaces for joints, interfaces, _ in lists)
-        chosen = {name for joints, interfaces, _ in lists if "position" in interfaces for name in joints}
-        published = (measured if every else measured & chosen).union(*(extra for _, _, extra in lists))
+        published = set[object]() if broadcasters else measured
+        for params in broadcasters:
+            joints, interfaces, extra = (
+                value if isinstance(value := params.get(key), tuple) else ()
+                for key in ("joints", "interfaces", "extra_joints")
+            )
+            # joint_state_broadcaster publishes all interfaces unless both "joints" and "interfaces" are set.
+            chosen = measured.intersection(joints) if "position" in interfaces else set()
+            published |= {*extra, *(chosen if joints and interfaces else measured)}
         ours = self.published_by(ROBOT_STATE_PUBLISHER) if components and self.controllers else ()
         return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in published)
 

@@ -96,8 +96,8 @@ def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]
 
 def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     from rosorin_compile.model.bounds import Bounds
-    from rosorin_compile.model.mesh_vertices import clouds_of, no_clouds
-    from rosorin_compile.mujoco.mjcf.bodies import home_of, reach, resting_pose
+    from rosorin_compile.model.mesh_vertices import clouds_of
+    from rosorin_compile.mujoco.mjcf.bodies import home_of, no_clouds, reach, resting_pose
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = resting_pose(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose

@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rosorin_compile.formats.compilation import emit, emit_published
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compilation import CompileResult, LoadedRobot, emit
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot
@@ -35,6 +36,15 @@ _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
 _SHORT = SECOND // 2  # ns: shorter pauses are not drawn as gaps
 _LETTERS = 46
+
+
+def emit_published(understood: LoadedRobot, path: Path) -> CompileResult:
+    """Generate the URDF of a robot in another format; the text of a URDF file is returned unchanged."""
+    compiled = emit(understood, path)
+    if path.suffix.lower() in FORMATS.published_format().endings:
+        text = files.read_text(path, errors="replace")
+        return replace(compiled, artifacts=tuple(replace(one, text=text) for one in compiled.artifacts))
+    return compiled
 
 
 def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verification:

@@ -5,10 +5,16 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
+from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.source import files
 from rosorin_compile.source.project import data_folder
 
 IN, OUT = "in", "out"
+
+
+def described_by(distribution: str) -> str:
+    """Return the distribution whose rules are used for ``distribution``: Humble for Humble, and Jazzy for any other."""
+    return HUMBLE if distribution == HUMBLE else JAZZY
 
 
 class Role:

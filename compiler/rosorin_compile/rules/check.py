@@ -149,10 +149,7 @@ def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diag
 
 
 def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
-    """Drop the diagnostics that ``accept`` suppresses, and add a warning for each unused entry of ``accept``.
-
-    ``asked`` is the name of the optional check that this run performs (see ``Rule.asked``).
-    """
+    """Apply ``accept`` to the diagnostics of an optional check (see ``Rule.asked``), and warn of unused entries."""
     left = without_accepted(case.tree, found, acceptable())
     return [*left.diagnostics, *unused_entries(case.tree, left.used, acceptable(), (asked,))]
 

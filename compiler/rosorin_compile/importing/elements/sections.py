@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element
 
-from rosorin_compile.compare.precision import NOISE, same_number
+from rosorin_compile.compare.precision import NOISE
 from rosorin_compile.formats.gazebo import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
 from rosorin_compile.model import Robot, Sensor
 from rosorin_compile.source.numbers import exact
@@ -293,7 +293,7 @@ def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str
 
 def _same(one: Any, other: Any) -> bool:
     if isinstance(one, float) and isinstance(other, float):
-        return same_number(one, other)
+        return math.isclose(one, other, rel_tol=NOISE, abs_tol=NOISE)
     return bool(one == other) and isinstance(one, bool) == isinstance(other, bool)
 
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from keyword import kwlist
 from typing import Any
 
-from rosorin_compile.language.expression.functions import reserved_names
+from rosorin_compile.language.expression.functions import CONSTANTS, OF_DESCRIPTIONS, functions
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.units import UNITS, Quantity
 
 from ..description import Expression, escape, free_name, is_number
 
@@ -251,7 +251,8 @@ class Parameters:
         return self._index[key].name
 
     def _free_name(self, word: str) -> str:
-        return free_name(word, {*reserved_names(), *kwlist, *(one.name for one in self._index.values())})
+        reserved = {*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS, *kwlist}
+        return free_name(word, reserved.union(one.name for one in self._index.values()))
 
     def _signed(self, values: Sequence[Any]) -> str:
         """Return an expression such as "0.1 * side": the first value times a parameter that is 1 or -1."""

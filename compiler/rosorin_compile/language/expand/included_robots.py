@@ -301,18 +301,13 @@ class IncludedRobots:
         """Remove lists with a value for each coordinate of an included MJCF, if the robot has other coordinates."""
         prefix, lost, poses = include.entry.get("prefix") or "", list[str](), copy(tree.get("poses") or Map(tree.span))
         for name in (prefix + name for name in robot.get("poses") or ()):
-            have = poses[name].get("mjcf") or {} if isinstance(poses.get(name), Map) else {}
-            if dropped := [key for key, value in have.items() if isinstance(value, Seq)]:
-                lost.append(f'{phrase(dropped)} of pose "{name}"')
-                rest = have.copy()
-                for key in dropped:
-                    del rest[key]
-                poses[name] = poses[name].with_changes({"mjcf": rest})
+            if isinstance(poses.get(name), Map) and poses[name].get("mjcf"):
+                poses[name] = pose = poses[name].copy()
+                lost.append(f'{phrase(pose.pop("mjcf"))} of pose "{name}"')
         if lost:
             tree["poses"] = poses
-            message = (
-                f"the MJCF does not have these values of {Path(include.entry['file']).name}: {first_of(lost, _FEW)}"
-            )
+            file = Path(include.entry["file"]).name
+            message = f"the MJCF does not have these values of {file}: {first_of(lost, _FEW)}"
             help = "they have one value for each coordinate of the file: list those of the whole robot in its own pose"
             self._warn("include-settings", message, include.entry.value_spans["file"], help, include)
 
@@ -366,7 +361,13 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
 
     made = place_fragment(fragment, Use(prefix), names, lambda text: Text(rename_references(text, rename, references)))
     if isinstance(made.get("materials"), Map):
-        made["materials"] = map_table(made["materials"], lambda name: prefix + name, partial(_with_texture, prefix))
+
+        def textured(material: Map) -> Map:  # a texture of MuJoCo is defined in ``mjcf``
+            mjcf = material.get("mjcf") or Map(material.span)
+            changed = {"mjcf": mjcf.with_changes({"texture": prefix + mjcf["texture"]})} if "texture" in mjcf else {}
+            return material.with_changes(changed)
+
+        made["materials"] = map_table(made["materials"], lambda name: prefix + name, textured)
     if isinstance(made.get("accept"), Seq):
         accept = Seq(made["accept"].span, made["accept"].via)
         for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
@@ -375,14 +376,6 @@ def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str
                 accept.put(entry.with_changes({"of": names_of} if "of" in entry else {}), span)
         made["accept"] = accept
     return made, changed
-
-
-def _with_texture(prefix: str, material: Map) -> Map:
-    """Prefix the name of a texture of MuJoCo, which the included robot defines in its section ``mjcf``."""
-    mjcf = material.get("mjcf")
-    if not isinstance(mjcf, Map) or not mjcf.get("texture"):
-        return material
-    return material.with_changes({"mjcf": mjcf.with_changes({"texture": prefix + mjcf["texture"]})})
 
 
 def map_files(tree: Map, rename: Callable[[str], str]) -> Map:

@@ -283,12 +283,6 @@ def functions() -> Mapping[str, Callable[..., Any]]:
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 
-@cache
-def reserved_names() -> frozenset[str]:
-    """Return the names of functions, constants and units, which should not be used for named values."""
-    return frozenset((*functions(), *OF_DESCRIPTIONS, *CONSTANTS, *UNITS))
-
-
 def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
     who = f"{one.name}() of {plugin.distribution} {plugin.version}"
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from rosorin_compile import model
 from rosorin_compile.model.bounds import Bounds, reach_along
 from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile.model.mesh_vertices import Clouds, no_clouds
+from rosorin_compile.model.mesh_vertices import Clouds
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.cache import of_robot
@@ -43,6 +43,10 @@ FRAME = "frame"  # sites at link frames, which viewers draw as dots when group 4
 CLASSES = (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
+
+
+def no_clouds(mesh: model.Mesh) -> None:
+    """Return None for every mesh; used as ``Clouds`` by callers without mesh files."""
 
 
 def body_name(robot: model.Robot, link: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.language import element_names as mujoco
 from rosorin_compile.language.annotations import SIMULATION
 from rosorin_compile.language.element_names import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE
-from rosorin_compile.language.schema import of_topic
+from rosorin_compile.language.schema import sections
 from rosorin_compile.language.symbols import ENDS, KINDS, Symbol
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
@@ -78,7 +78,8 @@ def _named(case: Case) -> Iterator[NameUse]:
                     yield NameUse(SITE, part.site + end, path)
                 if part.kind in (SENSOR_ELEMENT, BODY_ELEMENT):
                     yield NameUse(SENSOR if part.kind == SENSOR_ELEMENT else part.element, part.name + end, path)
-    for one in (one for section in of_topic("simulation") for one in case.symbols.definitions(section)):
+    simulated = [section for section, node in sections().items() if node.topic == "simulation"]
+    for one in (one for section in simulated for one in case.symbols.definitions(section)):
         if one.kind in _DEFINED:
             yield NameUse(_DEFINED[one.kind], one.name, one.path, key=len(one.path) == 2)
     for pose in robot.poses:

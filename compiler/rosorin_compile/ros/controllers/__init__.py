@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from rosorin_compile.formats.format import Unsupported, described_by
+from rosorin_compile.formats.format import Unsupported
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, nearest, phrase, quote
@@ -12,7 +12,7 @@ from rosorin_compile.source.tree import Path, Seq, value_at
 
 from ..node_kinds import DISTRIBUTIONS, MANAGER, Finding, Kind, against_kind, kinds, plugins
 from ..parameter_files import distro_of, parameter_file
-from ..ports import facts, full_type, interfaces_of
+from ..ports import described_by, facts, full_type, interfaces_of
 from ..sections.control import JOINT_WORDS, POSITION, VELOCITY, sensor_words
 from .write import ControllerParameters, RobotParameters, edges_of, fill, is_whole, manager_parameters, view, write
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Edge, Output, Robot
 from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, DriveKinematics, Steering, Wheel, drive_kinematics
@@ -16,6 +15,7 @@ from .. import node_kinds
 from ..node_kinds import MANAGER, Kind, convert, is_of, kinds
 from ..parameter_files import Node, Parameters, distro_of, parameters_of, text
 from ..ports import Role, facts, full_topic, full_type, interfaces_of, port_of
+from ..ports import described_by as known_distribution
 from ..sections.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 from ..sections.controllers import flat
 

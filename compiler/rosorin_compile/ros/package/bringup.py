@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import HUMBLE, JAZZY, described_by
+from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, error, phrase
@@ -18,7 +18,7 @@ from ..graph import DRIVER, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_map, owners_of_odom
 from ..node_kinds import as_yaml, plugins
 from ..parameter_files import distro_of, nodes_of
-from ..ports import Role, interfaces_of, short_type
+from ..ports import Role, described_by, interfaces_of, short_type
 from ..srdf.planning import planning_model
 from .launch import PackageFile
 from .options import CONTROL, MOVEIT, NAV2, STARTS

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from rosorin_compile.formats.format import HUMBLE, described_by
+from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf.write import joints_of
 from rosorin_compile.language.lower import Problem, entries_of, record_of
@@ -25,7 +25,7 @@ from rosorin_compile.source.tree import Map, Path, Seq, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import suggest, swaps
 
-from ...ports import facts
+from ...ports import described_by, facts
 
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"
 

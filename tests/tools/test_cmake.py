@@ -232,7 +232,7 @@ def test_a_description_with_an_error(tmp_path: Path, generator: str) -> None:
     edit(lower, "axis: [0, 1, 0]", "axis: [0, 0, 0]")
     with pytest.raises(Built) as failed:
         configure(source, generator=generator)
-    assert 'lower.yaml:16:11: error[axis-zero]: the axis of joint "swing" is zero: no direction\n' in str(failed.value)
+    assert "lower.yaml:16:11: error[axis-zero]: " in str(failed.value)
     edit(lower, "axis: [0, 0, 0]", "axis: [0, 1, 0]")
     configure(source, generator=generator)
     build(source)

@@ -20,6 +20,7 @@ from rosorin_compile.formats.format import NODES, UNPUBLISHED, Format, OutputEnt
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows, way
+from rosorin_compile.output.artifact_set import write_set
 from rosorin_compile.output.atomic_files import OutputError, may_replace, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import MAX_MODES, check_modes, holds, modes_in
@@ -141,18 +142,21 @@ def _edge(row: Row) -> FrameEdge:
 def _draw(found: Frames, robot: Robot, trees: Sequence[FrameSituation], output: str, force: bool) -> Frames:
     """Write all trees to an SVG file, or one SVG per tree if ``output`` is a folder (or ends with "/")."""
     target = Path(output)
-    pictures = {target: trees}
-    if output.endswith(("/", os.sep)) or target.is_dir():
+    pictures, is_folder = {target: trees}, output.endswith(("/", os.sep)) or target.is_dir()
+    if is_folder:
         pictures = {target / f"{'_'.join(filter(None, ('frames', one.short)))}.svg": (one,) for one in trees}
     elif target.suffix.lower() != ".svg":
         raise RequestError(f"{output} is not a picture: name one that ends in .svg, or FOLDER/")
     for path in pictures:
         check_target(path, force)
     try:
-        for path, drawn in pictures.items():
-            write_file(path, svg(robot, drawn).encode(), may_replace=None)
+        if is_folder:
+            write_set(Path(os.path.abspath(target)), {path.name: svg(robot, one) for path, one in pictures.items()})
+        else:
+            write_file(target, svg(robot, trees).encode(), may_replace=None)
     except OutputError as problem:
-        return replace(found, diagnostics=(*found.diagnostics, replace(problem.diagnostic, rule="picture-file")))
+        failure = problem.diagnostic if is_folder else replace(problem.diagnostic, rule="picture-file")
+        return replace(found, diagnostics=(*found.diagnostics, failure))
     return replace(found, files=tuple(pictures))
 
 

@@ -20,7 +20,7 @@ import * as THREE from "three";
 const CLICK = 5; // pixels that a pointer may move between down and up
 const NEAR = 8; // pixels from a click to the marker that it means
 const REMEMBER = 150; // ms after a change until the address has it
-const POINTED = 40; // ms after a move of the pointer until it is known what it is on
+const POINTED = 40; // ms between two searches for the part under the pointer
 const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
@@ -87,7 +87,7 @@ export class App {
   #layout(root) {
     this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
     this.labels = element("div", { class: "labels" });
-    this.pointed = element("div", { class: "pointed", hidden: true }); // the name of what the pointer is on
+    this.pointed = element("div", { class: "pointed", hidden: true }); // the name of the part under the pointer
     this.noPicture = element("p", { class: "nopicture", role: "status", hidden: true });
     this.grip = element("div", { class: "grip", role: "separator", tabindex: "0", "aria-orientation": "vertical", "aria-label": "width of the tree", "aria-valuemin": WIDTHS[0], "aria-valuemax": WIDTHS[1] });
     this.title = element("h1", {});
@@ -303,7 +303,7 @@ export class App {
     this.card.draw();
   }
 
-  /** Return the edges to a frame as they are published in the modes of now; a frame can have several parents. */
+  /** Return the edges to a frame in the current modes; a frame can have several parents. */
   edgesTo(frame) {
     return situationFor(this.robot, this.modes)?.edges.filter((edge) => edge.child === frame) ?? [];
   }
@@ -352,7 +352,7 @@ export class App {
     if (Object.keys(layers).length) this.panels.look.draw();
   }
 
-  /** Say why the picture is empty, if it is. */
+  /** Show the reason why the picture is empty, if it is. */
   #explainNoPicture() {
     const { renderer } = this.stage;
     const drawn = this.view?.group.children ?? [];
@@ -484,7 +484,7 @@ export class App {
       this.pointed.style.transform = `translate(${x}px, ${event.clientY - top + 16}px)`;
     };
     let waiting = null;
-    let last = null; // the event that is answered next: null where the pointer is elsewhere, or drags
+    let last = null; // the last event, or null while the pointer is elsewhere or drags
     const later = (event) => {
       last = event;
       waiting ??= setTimeout(() => {
@@ -494,7 +494,7 @@ export class App {
     };
     this.canvas.addEventListener("pointermove", (event) => later(event.buttons || event.pointerType === "touch" ? null : event));
     this.canvas.addEventListener("pointerleave", () => {
-      clearTimeout(waiting); // at once: a row of the tree may be pointed at next
+      clearTimeout(waiting); // at once, because the pointer may move to a row of the tree
       waiting = null;
       point(null);
     });

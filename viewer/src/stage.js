@@ -161,7 +161,7 @@ export class Stage {
     this.camera.position.copy(sphere.center).addScaledVector(new THREE.Vector3(...direction).normalize(), distance * 1.06);
     this.camera.updateProjectionMatrix();
     this.controls.update();
-    this.camera.updateMatrixWorld(); // who asks for pixels need not wait for a picture
+    this.camera.updateMatrixWorld(); // so that positions on the screen are right before the next picture
     this.touch();
   }
 

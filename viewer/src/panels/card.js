@@ -37,7 +37,7 @@ function cell(text, folder) {
   return [place({ file, line: Number(line), column: Number(column), path }), rest ?? ""];
 }
 
-/** Return the numbers of a vector in one cell, each behind the name of its component: they are in no columns of places. */
+/** Return the heading of a vector, and its numbers as one text with the names of the components. */
 function components([title, ...numbers]) {
   const [, heading, names] = /^(\w+) (x y z w)$/.exec(title) ?? [null, title, COMPONENTS[title]];
   return [heading, numbers.map((number, index) => `${names.split(" ")[index]} ${number}`).join(", ")];
@@ -152,7 +152,7 @@ export class Card {
     ];
   }
 
-  /** Who publishes the frame: in its parent, or in each of several. */
+  /** Return a row for each publisher of the frame; a frame can have several parents. */
   #publishers(name) {
     const edges = this.app.edgesTo(name);
     const inParent = ({ parent, joint }) => (joint && edges.length === 1 ? "" : ` (in ${parent})`); // a joint names its parent
@@ -189,7 +189,7 @@ export class Card {
     return `${vector(between.p, this.app.units)}; ${vector(angles, this.app.units, "angle")}`;
   }
 
-  /** Measure from a frame to whatever is chosen next; "": end that. */
+  /** Measure from a frame to each frame that is selected next; with "", stop measuring. */
   measure(from) {
     this.from = from;
     this.draw();
@@ -198,8 +198,8 @@ export class Card {
   #tools(link) {
     const { from, app } = this;
     if (!link && !from) return "";
-    const hint = from === app.selected ? "choose another frame: it is measured from here" : from ? `end measuring from ${from}` : "measure from here";
-    const title = "each frame that is chosen then, in the picture or in the tree, is measured from this one; Escape or a second press ends it";
+    const hint = from === app.selected ? "select another frame to measure to it" : from ? `stop measuring from ${from}` : "measure from here";
+    const title = "measure from this frame to each frame that you select next, in the picture or in the tree; Escape or this button ends it";
     const measure = element("button", { class: from ? "on" : "", id: "measure", title, onclick: () => this.measure(from ? "" : link.name) }, hint);
     return element("footer", {}, measure, link && element("button", { onclick: () => app.fly(link.name) }, "fly there"));
   }

@@ -151,7 +151,7 @@ export class Joints {
     this.show();
   }
 
-  /** Return the joints as they are listed: the rollers of a wheel are folded at the place of the first one. */
+  /** Return the joints in the order of the list: the rollers of a wheel are folded into one entry. */
   #list() {
     const wheelOf = new Map([...rollersByWheel(this.app.robot)].flatMap(([wheel, joints]) => joints.map(({ name }) => [name, wheel])));
     const folds = new Map();
@@ -171,7 +171,7 @@ export class Joints {
     return element("details", { class: "rollers", "data-wheel": wheel, open: this.unfolded.has(wheel), ontoggle: toggled }, element("summary", {}, wheel));
   }
 
-  /** Unfold the joint of the chosen frame, and scroll there; a joint that is not folded needs no help. */
+  /** If the joint of the selected frame is folded, unfold it and scroll to it. */
   reveal() {
     const root = this.movers.find(({ joint }) => joint.child === this.app.selected)?.root;
     const fold = root?.closest("details.rollers:not([open])");

@@ -21,27 +21,27 @@ function choice(label, options, value, onchange) {
   return element("label", { class: "choice" }, label, list);
 }
 
-/** Return what colours and markers mean: spots, each with words. */
+/** Return the meaning of colours and markers: coloured dots, each with a text. */
 function legend({ robot, before }) {
   const css = (number) => `#${number.toString(16).padStart(6, "0")}`;
   const entries = [
     ...["x", "y", "z"].map((axis, index) => [AXES[index], `axis ${axis} of a frame`]),
     [MARKS.sensor[0], "a sensor"],
     [MARKS.empty[0], "a frame without shapes"],
-    [SELECTED, "what is chosen"],
-    [TOUCHING, "parts that touch"],
+    [SELECTED, "the selected part"],
+    [TOUCHING, "parts that touch each other"],
     [COLLISION, "collision shapes over visuals"],
     ...(before ? [[GHOST, "the robot before"]] : []),
   ];
   const list = (title, spots) => [element("h2", {}, title), element("ul", {}, ...spots.map(([colour, text]) => element("li", {}, dot(colour), element("span", {}, text))))];
   const publishers = Object.entries(robot.publishers).map(([name, colour]) => [colour, name]);
-  return [...list("In the picture", entries.map(([colour, text]) => [css(colour), text])), ...(publishers.length ? list("In the tree: who publishes a frame", publishers) : [])];
+  return [...list("In the picture", entries.map(([colour, text]) => [css(colour), text])), ...(publishers.length ? list("In the tree: publishers of frames", publishers) : [])];
 }
 
 const WORDS = {
   "Names in italics": "no node of the robot publishes the frame.",
-  "Stand-in": "nobody has measured this value yet.",
-  "Mouse": "drag to turn, right-drag to shift, scroll to come nearer.",
+  "Stand-in": "this value is not measured yet.",
+  "Mouse": "drag to rotate, right-drag to move, scroll to zoom.",
   "Keys": "f frames, h home view, / search, n and N next and previous change, Escape ends measuring or clears the selection.",
 };
 

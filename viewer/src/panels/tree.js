@@ -25,7 +25,7 @@ function breakable(name) {
 
 /**
  * Return the joints of passive rollers by the wheel that carries them: three or more that turn without limits and carry
- * nothing, on a link that turns as well (the wheels of a base are no rollers).
+ * nothing, on a link that turns as well (the wheels of a base are not rollers).
  */
 export function rollersByWheel({ joints }) {
   const carrying = new Set(joints.map((joint) => joint.parent));
@@ -103,7 +103,7 @@ export class Tree {
     else this.#choose(row);
   }
 
-  /** Choose the frame of a row; of those of a frame with several parents, this one is marked. */
+  /** Select the frame of a row, and mark this row if the frame has several parents. */
   #choose(row) {
     this.chosen = { name: row.dataset.frame, parent: row.dataset.parent };
     this.app.select(row.dataset.frame);
@@ -160,7 +160,7 @@ export class Tree {
     focused?.focus();
   }
 
-  /** Choose the first frame that is found, and look at it: one whose name begins so, or else has it, or else one by its joint. */
+  /** Select the best match and fly to it: a name that begins with the text, or contains it, or a frame found by its joint. */
   #first() {
     const wanted = this.search.value.trim().toLowerCase();
     const found = this.nodes.filter(({ row }) => !row.hidden).map(({ name }) => name);

@@ -24,12 +24,14 @@ HERE = Path(__file__).resolve().parent
 BIN = Path(sys.executable).parent
 PLAIN, WHEELS = "rosorin.xacro", "rosorin_wheels.xacro"
 COMPILE, CHECK, PRINT = "all", "check", "print rosorin urdf"
+CONVERT = "print outputs/rosorin/rosorin_sim.urdf mjcf"  # the URDF with a mass for each link, which MuJoCo needs
 WITH_MUJOCO = 1.7  # more, where MuJoCo loads the result
 ROWS = (  # a command, the xacro file that it is compared with, the goal
     (COMPILE, WHEELS, 2.5),
     (COMPILE, PLAIN, 4.0),
     (CHECK, WHEELS, 3.2),
     (PRINT, WHEELS, 2.5),
+    (CONVERT, WHEELS, 2.4),
     ("--help", WHEELS, 0.6),
     ("--version", WHEELS, 0.6),
 )
@@ -46,7 +48,7 @@ def main(pairs: int) -> None:
         print(f"{'command / xacro':<42} {'ours':>11} {'xacro':>11}   ratio, median of {pairs} pairs")
         for command, peer, goal in ROWS:
             ours = [str(BIN / "rosorin-compile"), *command.split()]
-            if command == CHECK:
+            if command in (CHECK, CONVERT):
                 used([ours[0], COMPILE])
             prepare = partial(_change, folder) if command == COMPILE else None
             ratio = compare(lambda: used(ours, prepare).seconds, partial(_xacro, folder, peer), pairs)  # noqa: B023

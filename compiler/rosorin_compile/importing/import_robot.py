@@ -174,6 +174,9 @@ def import_robot(
         translated += translation.report
         if translation.files:  # a translated xacro keeps Gazebo and ros2_control elements as XML
             imported, files, lines = read, translation.files, []
+    has_servos = "drive" not in tree and "drives" in trip.outputs.entries.get(_MJCF, {})
+    if has_servos and "continuous" in [joint["type"] for joint in tree["joints"].values()]:
+        lines.append("the MJCF holds the base in place, as of an arm; with base: free in its output, wheels drive it")
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
         merged = MergeResult({**files, **record_of(files, words)})

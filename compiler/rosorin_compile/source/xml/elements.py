@@ -171,7 +171,9 @@ def number_of(text: str) -> float:
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
     """Parse white-space separated numbers. Raises ValueError for other text, or if there are not ``count`` numbers."""
-    found = tuple(map(number_of, text.split()))
+    found = tuple(map(float, text.split()))
+    if "_" in text or not all(map(math.isfinite, found)):
+        found = tuple(map(number_of, text.split()))  # raises ValueError
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')
     return found

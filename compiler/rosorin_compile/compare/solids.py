@@ -79,8 +79,7 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
     length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
     tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
-    rows = rotation_of_rpy(origin.rpy)
-    return Solid(kind, sizes, origin.xyz, rows, _words(shape), shape.rgba, length, turn, tint)
+    return Solid(kind, sizes, origin.xyz, rotation_of_rpy(origin.rpy), _words(shape), shape.rgba, length, turn, tint)
 
 
 def _words(shape: Shape) -> tuple[str, ...]:

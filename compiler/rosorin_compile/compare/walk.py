@@ -138,8 +138,7 @@ def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precis
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))
-    turns = TURNS * join_errors(one("rpy", 1.0), other("rpy", 1.0))
-    return TURNS * numbers + largest * (turns + tolerance)
+    return TURNS * numbers + largest * (TURNS * join_errors(one("rpy", 1.0), other("rpy", 1.0)) + tolerance)
 
 
 class Shapes(NamedTuple):
@@ -314,8 +313,9 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
         for key, inner in value.items():
             _flatten(inner, f"{path} {key}".strip(), entry)
     elif is_dataclass(value) and not isinstance(value, Pose):
-        for name, word, default, is_always in _fields(type(value)):  # type: ignore[arg-type]
+        for name, default, is_always in _fields(type(value)):  # type: ignore[arg-type]
             if (inner := getattr(value, name)) != default or is_always:
+                word = "" if name in ("values", "mjcf") else name.replace("_", " ")  # the keys of these need no prefix
                 _flatten(inner, f"{path} {word}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
@@ -328,14 +328,11 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
 
 
 @cache
-def _fields(kind: type) -> list[tuple[str, str, Any, bool]]:
-    found = []
-    for name, default in ((one.name, one.default) for one in fields(kind) if one.name not in (*SKIPPED, "name")):
-        # Include nonzero defaults, so that a change from or to a default shows both numbers.
-        has_numbers = is_dataclass(default) and not isinstance(default, Pose)
-        word = "" if name in ("values", "mjcf") else name.replace("_", " ")  # the keys of these need no prefix
-        found.append((name, word, default, has_numbers or (is_number(default) and bool(default))))
-    return found
+def _fields(kind: type) -> list[tuple[str, Any, bool]]:
+    """Return (name, default, True if the default is listed as well, to show both numbers of a change) of fields."""
+    found = [(field.name, field.default) for field in fields(kind) if field.name not in (*SKIPPED, "name")]
+    shown = ((is_dataclass(one) and not isinstance(one, Pose)) or (is_number(one) and bool(one)) for _, one in found)
+    return [(*field, is_shown) for field, is_shown in zip(found, shown, strict=True)]
 
 
 def links_of(found: Leaves) -> set[str]:
@@ -409,8 +406,7 @@ def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
         own = made[kind, name] = {}
         for quantity, value in entry.items():
             words = " ".join(names.get(word, word) for word in quantity.split(" "))
-            is_fixed = kind in ("frame", "joint") or quantity in now or words not in now
-            place = quantity if is_fixed else words
+            place = quantity if kind in ("frame", "joint") or quantity in now or words not in now else words
             own[place] = _value(kind, place, value, names, kinds, now.get(place))
     return made
 

@@ -206,10 +206,8 @@ class SdfReader(XmlReader):
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
         """Return the child elements with tags not in ``read``; report misspelled tags and unknown attributes."""
-        if all(child.tag in read for child in element.children):
-            self.check_attributes(element, attributes)
-            return []
-        known = {*read, *sdf_elements().get(element.tag, ())}
+        is_read = all(child.tag in read for child in element.children)
+        known = {*read} if is_read else {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
         found = [child for child in element.children if child.tag in tags and child.tag not in read]

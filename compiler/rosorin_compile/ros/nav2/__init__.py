@@ -65,7 +65,6 @@ class _Size(NamedTuple):
         return {f"{place}.min_obstacle_height": _round(low + clearance), f"{place}.max_obstacle_height": high}
 
 
-@of_robot
 def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Problem]]:
     frames, wrong = frames_of(robot, output)
 

@@ -62,8 +62,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
     for element in [*parse(Source("", text)).root.iter()][1:]:
         outer = [*element.ancestors()][-2::-1]
         *above, here = [(e.tag, next(filter(None, map(e.get, _NAMES)), "")) for e in (*outer, element)]
-        names = [*(f"{tag} {name}" for tag, name in above if name), " ".join(here).rstrip()]
-        place = " ".join(names[-3:])
+        place = " ".join([*(f"{tag} {name}" for tag, name in above if name), " ".join(here).rstrip()][-3:])
         own = [(f"{place} {key}", attribute.value) for key, attribute in element.attributes.items()]
         own += [(place, element.text)] if element.text or not (own or element.children) else []
         for where, value in own:

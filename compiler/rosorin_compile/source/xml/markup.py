@@ -190,7 +190,7 @@ class Document:
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self._starts = [0, *(match.end() for match in _LINE_END.finditer(source.text))]
+        self._starts: list[int] = []  # offsets of lines, found when the first span is needed
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
@@ -203,6 +203,7 @@ class Document:
             return self.whole
         if self.origin is not None:
             return self.origin(start, length)
+        self._starts = self._starts or [0, *(match.end() for match in _LINE_END.finditer(self.source.text))]
         line = bisect_right(self._starts, start)
         column = start - self._starts[line - 1]
         if line < len(self._starts) and start + length > self._starts[line]:
@@ -281,8 +282,7 @@ def parse_artifact(text: str, tag: str) -> Document:
 
 class _Reader:
     def __init__(self, source: Source) -> None:
-        self.document = Document(source)
-        self.text = source.text
+        self.document, self.text = Document(source), source.text
         self.data = source.text.encode("utf-8", "surrogatepass")  # expat, not encode(), reports surrogates
         self.is_ascii = source.text.isascii()
         self.last = (0, 0)  # offset of the last event, in bytes and in characters

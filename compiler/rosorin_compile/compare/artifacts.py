@@ -66,8 +66,7 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
 
 def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
     """Restore the robot's link names in the values of an artifact, if an option of the output renames links."""
-    names = format.names(output) if format.names is not None else {}
-    return walk.with_names(found, names, "link", {})
+    return walk.with_names(found, format.names(output) if format.names is not None else {}, "link", {})
 
 
 def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
@@ -300,8 +299,7 @@ def _is_cause(robot: Robot, change: Change, pair: Pair, one: Difference) -> bool
         same = what in INERTIAL if quantity in INERTIAL else what == f"{purpose} shapes"
         return name in carried and (same or not what)
     if kind == "frame" and not what:
-        entry = change.differences[0].old or change.differences[0].new
-        return entry.get("parent") in carried and name != link
+        return (change.differences[0].old or change.differences[0].new).get("parent") in carried and name != link
     joint = robot.joint.get(name) if kind == "joint" else robot.joint_to.get(name)
     moves = what in (("type", "axis") if kind == "joint" else ("parent", "origin"))
     return kind in ("joint", "frame") and moves and joint is not None and {joint.parent, joint.child} <= carried

@@ -232,8 +232,7 @@ def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Cas
             message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
             case = None if found.outdated else load()
             if case is None:
-                severity = WARNING if found.outdated else ERROR
-                diagnostics.append(Diagnostic("engine-refuses", severity, message))
+                diagnostics.append(Diagnostic("engine-refuses", WARNING if found.outdated else ERROR, message))
                 continue
             help = "correct the file, or name another one; it is looked for from the folder of the artifact"
             at_meshes = [

@@ -42,9 +42,8 @@ def rounding_precision(length: float, angle: float) -> Precision:
 def printed_precision(text: str) -> Precision:
     """Return a ``Precision`` for the numbers in an artifact, estimated from its printed digits."""
     # If rounding to six digits changes no number of the text, all were printed with six digits.
-    long = {float(token) for token in _IN_TEXT.findall(text) if len(token) > _FEWEST}
-    is_six = all(float(six(value)) == value for value in long if math.isfinite(value))
-    off_by = off_by_six if is_six else off_by_short
+    long = (float(found[0]) for found in _IN_TEXT.finditer(text) if len(found[0]) > _FEWEST)
+    off_by = off_by_six if all(float(six(one)) == one for one in long if math.isfinite(one)) else off_by_short
     turn = NOISE + _CALCULATED * off_by(_LARGEST_ANGLE)
 
     def precision(key: str, *values: float) -> float:

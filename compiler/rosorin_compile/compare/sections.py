@@ -151,8 +151,7 @@ def _words_of_packages() -> frozenset[str]:
 
 @cache
 def _lacking(format: Format) -> frozenset[str]:
-    keys = {} if format is YAML else _TOPICS
-    found = {topic for topic, (key, *_) in keys.items() if lacks(format, key)}
+    found = {topic for topic, (key, *_) in ({} if format is YAML else _TOPICS).items() if lacks(format, key)}
     return frozenset(found | ({ONE_BOX} if has_one_box(format) else set()))
 
 

@@ -75,9 +75,7 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
 
 def with_remark(text: str, remark: str) -> str:
     """Append a remark in parentheses to a sentence, or add it to existing parentheses at the end."""
-    if not remark:
-        return text
-    return f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"
+    return text if not remark else f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"
 
 
 def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:
@@ -112,9 +110,7 @@ def text_of(value: Any, other: Any = None) -> str:
     if isinstance(value, (tuple, list)):
         twins = other if isinstance(other, (tuple, list)) and len(other) == len(value) else value
         return " ".join(text_of(one, twin) for one, twin in zip(value, twins, strict=True)) or "nothing"
-    if is_number(value):
-        return number(float(value), float(other) if is_number(other) else None)
-    return str(value)
+    return number(float(value), float(other) if is_number(other) else None) if is_number(value) else str(value)
 
 
 def _text_pair(old: Any, new: Any) -> tuple[str, str]:

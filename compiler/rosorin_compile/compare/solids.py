@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
-from itertools import product
+from itertools import chain, product
 from typing import NamedTuple
 
 from rosorin_compile.model import Box, Ellipsoid, Mesh, Shape, Transform, Vector
@@ -66,7 +66,7 @@ class Solid(NamedTuple):
 
 def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> Solid:
     """Convert a shape other than a height map to a solid. Its tolerance includes ``share`` times the error of sizes."""
-    placed = shape.in_link if shape.pose.rpy != (0.0, 0.0, 0.0) else shape
+    placed = shape.in_link if isinstance(shape.geometry, Box) and shape.pose.rpy != (0.0, 0.0, 0.0) else shape
     geometry, origin = placed.geometry, placed.origin()
     kind = type(geometry).__name__.lower()
     if isinstance(geometry, (Box, Mesh)):
@@ -79,12 +79,12 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
     length = max(ROOT_THREE * precision("xyz", *shape.pose.xyz), share * precision(key, *sizes))
     turn = POSE_NOISE + TURNS * precision("rpy", *shape.pose.rpy)
     tint = precision("rgba", *shape.rgba) if shape.rgba else 0.0
-    rows = rotation_of_rpy(origin.rpy)
-    return Solid(kind, sizes, origin.xyz, rows, _words(shape), shape.rgba, length, turn, tint)
+    return Solid(kind, sizes, origin.xyz, rotation_of_rpy(origin.rpy), _words(shape), shape.rgba, length, turn, tint)
 
 
 def _words(shape: Shape) -> tuple[str, ...]:
-    words = [f"{word} {getattr(shape, word)}" for word in ("material", "name", "texture") if getattr(shape, word)]
+    texts = (("material", shape.material), ("name", shape.name), ("texture", shape.texture))
+    words = [f"{word} {text}" for word, text in texts if text]
     words += [f"file {shape.geometry.file}"] if isinstance(shape.geometry, Mesh) else []
     words += [f"element {' '.join(text.split())}" for text in shape.urdf_elements]
     values = [*(shape.contact.values if shape.contact else {}).items(), *shape.mjcf.items()]
@@ -133,8 +133,7 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     turn = noise + join_errors(one.turn_tolerance, other.turn_tolerance)
     if math.dist(one.centre, other.centre) > length:
         return False
-    rows = [entry for solid in (one, other) for row in solid.rows for entry in row]
-    is_turned = any(abs(a - b) > turn for a, b in zip(rows[:9], rows[9:], strict=True))
+    is_turned = any(abs(a - b) > turn for a, b in zip(chain(*one.rows), chain(*other.rows), strict=True))
     same_sizes = all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
     if one.kind == "sphere" or not is_turned:
         return same_sizes

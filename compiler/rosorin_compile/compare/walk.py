@@ -24,7 +24,7 @@ from rosorin_compile.source.xml.elements import values_of
 
 from .precision import NOISE, TURNS, Precision, Precisions, exact, join_errors
 from .sentences import is_number
-from .solids import Solid, match, solid_of
+from .solids import Solid, match, same, solid_of
 
 
 class Address(NamedTuple):
@@ -48,9 +48,8 @@ Leaves = dict[Thing, dict[str, Any]]
 Names = Mapping[str, str]
 
 # Fields that do not describe the robot: sources of values, outputs, and file contents.
-SKIPPED = frozenset(
-    {"source", "stand_in", "stand_ins", "outputs", "missing_meshes", "mesh_files", "mesh_contents", "root_in_world"}
-)
+_FILES = ("outputs", "missing_meshes", "mesh_files", "mesh_contents")
+SKIPPED = frozenset({"source", "stand_in", "stand_ins", *_FILES, "root_in_world"})
 # The kind of the entries of each section. Other sections are converted by separate functions.
 _WORDS = {"control": "hardware", "controllers": "controller", "drive": "drive", "moveit": "moveit"}
 _WORDS |= {"publishers": "publisher", "servos": "servo", "materials": "material", "sensors": "sensor"}
@@ -83,7 +82,7 @@ def compare_leaves(
             is_set = any(isinstance(side, frozenset) and side for side in sides)
             found.append(Difference(Address(*thing), *(sides if is_set else (first, second))))
             continue
-        for quantity in dict.fromkeys([*first, *second]):
+        for quantity in dict.fromkeys([*first, *second]) if first != second else ():
             values = first.get(quantity), second.get(quantity)
             if not _same(thing[0], quantity, *values, precisions, tolerance):
                 found.append(Difference(Address(*thing, quantity), *values))
@@ -98,13 +97,17 @@ def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, 
 
     def near(key: str, old: Sequence[float], new: Sequence[float]) -> bool:
         largest = max(map(abs, (*old, *new)), default=0.0)
-        known = join_errors(precisions[0](key, *old), precisions[1](key, *new)) if old != new else 0.0
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
-        return all(abs(a - b) <= known + tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True))
+        apart = [abs(a - b) - tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)]
+        off = max(apart, default=0.0)
+        return off <= 0.0 or off <= join_errors(precisions[0](key, *old), precisions[1](key, *new))
 
     if isinstance(old, Pose) and isinstance(new, Pose):
         return near("xyz", old.xyz, new.xyz) and same_turn(old.rpy, new.rpy, precisions, tolerance)
     if isinstance(old, Shapes) and isinstance(new, Shapes):
+        first, second = old.solids(), new.solids()
+        if len(first) == len(second) and all(same(*both, tolerance) for both in zip(first, second, strict=True)):
+            return True
         first, second = (shapes.solids(p) for shapes, p in zip((old, new), precisions, strict=True))
         rest = match(first, second, tolerance)
         return not rest.old and not rest.new
@@ -135,8 +138,7 @@ def known_inertia(old: Sequence[float], new: Sequence[float], precisions: Precis
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
     numbers = join_errors(one("ixx", *old), other("ixx", *new))
-    turns = TURNS * join_errors(one("rpy", 1.0), other("rpy", 1.0))
-    return TURNS * numbers + largest * (turns + tolerance)
+    return TURNS * numbers + largest * (TURNS * join_errors(one("rpy", 1.0), other("rpy", 1.0)) + tolerance)
 
 
 class Shapes(NamedTuple):
@@ -228,7 +230,7 @@ def _link(link: Link, found: Leaves) -> None:
     _elements(link.urdf_elements, entry)
     for mark in link.marked:
         _flatten(mark, "", found.setdefault((mark.tag, mark.name), {"link": link.name}))
-    limited = {name.replace("_", " "): getattr(link, name) or None for name in limited_fields(Link)}
+    limited = {name.replace("_", " "): value for name in limited_fields(Link) if (value := getattr(link, name))}
     _flatten({**limited, **link.mjcf}, "", entry)
     _elements(link.mjcf_elements, entry, "mjcf element")
 
@@ -303,19 +305,18 @@ def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element"
 
 def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
     """Add the values of a nested object that are not defaults to ``entry``; the keys begin with ``path``."""
-    if value is None or value == () or value == "" or value == {}:
+    if isinstance(value, float):
+        entry[path] = float(value)
+    if isinstance(value, float) or value is None or value == () or value == "" or value == {}:
         return
     if isinstance(value, Mapping):
         for key, inner in value.items():
             _flatten(inner, f"{path} {key}".strip(), entry)
     elif is_dataclass(value) and not isinstance(value, Pose):
-        for name, default in _fields(type(value)):  # type: ignore[arg-type]
-            inner = getattr(value, name)
-            # Include nonzero defaults, so that a change from or to a default shows both numbers.
-            has_numbers = is_dataclass(default) and not isinstance(default, Pose)
-            if inner != default or has_numbers or (is_number(default) and default):
-                whole = name in ("values", "mjcf")  # their keys need no prefix
-                _flatten(inner, path if whole else f"{path} {name.replace('_', ' ')}".strip(), entry)
+        for name, default, is_always in _fields(type(value)):  # type: ignore[arg-type]
+            if (inner := getattr(value, name)) != default or is_always:
+                word = "" if name in ("values", "mjcf") else name.replace("_", " ")  # the keys of these need no prefix
+                _flatten(inner, f"{path} {word}".strip(), entry)
     elif isinstance(value, (tuple, list)) and any(is_dataclass(one) or isinstance(one, Mapping) for one in value):
         for number, inner in enumerate(value, 1):
             count, place = len(entry), f"{path} {getattr(inner, 'name', '') or number}".strip()
@@ -327,8 +328,11 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
 
 
 @cache
-def _fields(kind: type) -> tuple[tuple[str, Any], ...]:
-    return tuple((field.name, field.default) for field in fields(kind) if field.name not in (*SKIPPED, "name"))
+def _fields(kind: type) -> list[tuple[str, Any, bool]]:
+    """Return (name, default, True if the default is listed as well, to show both numbers of a change) of fields."""
+    found = [(field.name, field.default) for field in fields(kind) if field.name not in (*SKIPPED, "name")]
+    shown = ((is_dataclass(one) and not isinstance(one, Pose)) or (is_number(one) and bool(one)) for _, one in found)
+    return [(*field, is_shown) for field, is_shown in zip(found, shown, strict=True)]
 
 
 def links_of(found: Leaves) -> set[str]:
@@ -402,8 +406,7 @@ def with_names(found: Leaves, names: Names, what: str, new: Leaves) -> Leaves:
         own = made[kind, name] = {}
         for quantity, value in entry.items():
             words = " ".join(names.get(word, word) for word in quantity.split(" "))
-            is_fixed = kind in ("frame", "joint") or quantity in now or words not in now
-            place = quantity if is_fixed else words
+            place = quantity if kind in ("frame", "joint") or quantity in now or words not in now else words
             own[place] = _value(kind, place, value, names, kinds, now.get(place))
     return made
 

@@ -134,8 +134,7 @@ def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, othe
 def describe(source: Provenance) -> str:
     """Format a ``source`` entry (status, measurement and note) as one line, or return "" if it is empty."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
-    text = ": ".join(part for part in (head, source.note) if part)
-    return mask_controls(" ".join(text.split()))
+    return mask_controls(" ".join(": ".join(part for part in (head, source.note) if part).split()))
 
 
 def xml_syntax(text: str) -> object:

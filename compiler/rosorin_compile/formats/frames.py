@@ -151,7 +151,7 @@ def _parse(text: str, headers: Iterable[str]) -> Iterator[dict[str, str]]:
     inside = False
     for line in text.splitlines():
         parts = re.split(r"(?<!\\)\|", line) if "\\" in line else line.split("|")
-        cells = [cell.strip() for cell in parts[1:-1]]
+        cells = [*map(str.strip, parts[1:-1])]
         if not inside:
             inside = tuple(cells) == tuple(headers)
         elif not cells:

@@ -122,16 +122,22 @@ def convert_result(made: object, opened: ImportFile) -> ImportedRobot:
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
     """Convert Python values to a YAML tree; ``span`` is the position of all values except ``SourceValue``."""
-    path = path or []
+    while isinstance(value, SourceValue):
+        value, span = value
     if value is None or isinstance(value, (bool, float)):
         return value
-    if isinstance(value, SourceValue):
-        return as_tree(value.value, value.span, path)
+    path = path or []
     if len(path) > MAX_DEPTH:
         raise TypeError(f"{subject(path[:3])} is nested deeper than {MAX_DEPTH} levels")
     if isinstance(value, str):  # a text instead of a number can have a unit, as in YAML
         quantity = Quantity.parse(value) if unit_at(path) is not None else None
         return str(value) if quantity is None else quantity
+    if isinstance(value, (list, tuple)):
+        items = Seq(span)
+        for index, item in enumerate(value):
+            default = value.value_spans[index] if isinstance(value, Seq) else span
+            items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, SourceValue) else default)
+        return items
     if isinstance(value, Mapping):
         tree = Map(span)
         for key, item in value.items():
@@ -140,12 +146,6 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
             place = item.span if isinstance(item, SourceValue) else span
             tree.put(str(key), as_tree(item, span, [*path, key]), place, place)
         return tree
-    if isinstance(value, (list, tuple)):
-        items = Seq(span)
-        for index, item in enumerate(value):
-            default = value.value_spans[index] if isinstance(value, Seq) else span
-            items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, SourceValue) else default)
-        return items
     if isinstance(value, Real):
         return int(value) if isinstance(value, Integral) and abs(int(value)) < _LARGEST else float(value)
     raise TypeError(f"{subject(path)} is of the type {type(value).__name__}, which no description holds")

@@ -130,8 +130,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
                 elements.setdefault(name, {})[span] = None
     named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
     searched = _Search(places, outputs, tree).run(named)
-    images = places.meshes(tree, kind=TEXTURE) if embeds else {}
-    return searched._replace(by_name={**images, **searched.by_name})
+    return searched._replace(by_name={**(places.meshes(tree, kind=TEXTURE) if embeds else {}), **searched.by_name})
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:

@@ -198,9 +198,8 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         count, entries = len(names), list[SourceValue]()
         for rule in sorted({rule for rule, _ in names}):
             of = [SourceValue(name, span) for (violated, name), span in names.items() if violated == rule]
-            entries.append(
-                SourceValue({"rule": rule, "of": of, "reason": "the robot was imported with it"}, of[0].span)
-            )
+            entry = {"rule": rule, "of": of, "reason": "the robot was imported with it"}
+            entries.append(SourceValue(entry, of[0].span))
         tree = tree.copy()
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
@@ -226,8 +225,7 @@ def violations(tree: Map) -> list[Diagnostic]:
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
     """Convert the YAML tree of a parsed artifact to a robot. Raises ValueError if the tree is invalid."""
-    links = [*(tree.get("links") or ())]
-    tree["accept"] = [{"rule": "shape-size", "of": links, "reason": ""}]
+    tree["accept"] = [{"rule": "shape-size", "of": [*(tree.get("links") or ())], "reason": ""}]
     wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]
     wrong += [] if "robot" in tree else ["the robot has no name"]
     lowered = None if wrong else lower(tree)

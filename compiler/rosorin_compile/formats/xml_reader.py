@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ from rosorin_compile.source.messages import gather
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.wording import and_more, count_of, plural, quote
-from rosorin_compile.source.xml.elements import canonical, kept_text, tree_of
+from rosorin_compile.source.xml.elements import canonical, kept_text, numbers_of, tree_of
 from rosorin_compile.source.xml.markup import Element, Word, correction, name_of
 
 from .format import SourceValue, cannot_carry
@@ -136,11 +137,11 @@ class XmlReader:
                 self.keep(child, keep)
 
     def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
-        for attribute in element.attributes.values():
-            if attribute.name in attributes or attribute.name.startswith("xmlns"):
+        for name, attribute in element.attributes.items():
+            if name in attributes or name.startswith("xmlns"):
                 continue
-            what = f'the attribute "{attribute.name}"'
-            near = correction(attribute.name, [name for name in attributes if name not in element.attributes])
+            what = f'the attribute "{name}"'
+            near = correction(name, [one for one in attributes if one not in element.attributes])
             if near is None:
                 self.cannot_carry(f"{what} of {name_of(element)}", attribute.name_span)
             else:
@@ -259,6 +260,12 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: XmlRead
     if attribute is None:
         return None
     tag = "origin" if element.tag == "origin" else "size" if name in ("size", "radius", "length") else "limit"
+    if (whole := element.document.whole) is not None:
+        made = Seq(whole)
+        with suppress(ValueError):  # invalid numbers are reported below
+            made += numbers_of(attribute.value, count)
+            made.value_spans = [whole] * count
+            return made
     words = attribute.words()
     if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
         taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"

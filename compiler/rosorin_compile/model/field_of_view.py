@@ -73,8 +73,7 @@ def _of_mujoco(one: SensorElement) -> Data | None:
 
 
 def _frustum(frame: str, pose: Pose, turn: Pose, horizontal: float, vertical: float) -> Data:
-    image = pose_of(pose.transform().then(turn.transform()))
-    roll, pitch, yaw = (round(angle, _DIGITS) for angle in image.rpy)
+    roll, pitch, yaw = (round(angle, _DIGITS) for angle in pose_of(pose.transform().then(turn.transform())).rpy)
     place = page_pose(Pose(pose.xyz, (roll, pitch, yaw)))
     return {"kind": "frustum", "frame": frame, **place, "hfov": horizontal, "vfov": vertical}
 

@@ -101,8 +101,7 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
         raise ValueError("a motion needs an axis that is not zero")
     if across == 0.0:
         return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
-    rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
-    (a, d, _), (b, e, _), (c, f, _) = rotation
+    (a, d, _), (b, e, _), (c, f, _) = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
     return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
 
 
@@ -227,8 +226,7 @@ class Transform:
             # ``a`` and ``d`` are small and inaccurate here, so compute the yaw from the roll and other entries.
             roll = math.atan2(h, i)
             sine, cosine = math.sin(roll), math.cos(roll)
-            yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
-            return (roll, math.atan2(-g, horizontal), yaw)
+            return (roll, math.atan2(-g, horizontal), math.atan2(c * sine - b * cosine, e * cosine - f * sine))
         return (math.atan2(h, i), math.atan2(-g, horizontal), math.atan2(d, a))
 
 

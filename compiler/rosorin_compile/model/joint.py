@@ -183,8 +183,7 @@ class Joint:
     @property
     def total_damping(self) -> float:
         """The total damping of the joint and its actuators, in N*m*s/rad or N*s/m."""
-        own = self.dynamics.damping if self.dynamics else 0.0
-        return own + (self.actuator.damping if self.actuator else 0.0)
+        return (self.dynamics.damping if self.dynamics else 0.0) + (self.actuator.damping if self.actuator else 0.0)
 
     def limits_of(self, interface: str) -> tuple[float | None, float | None]:
         """Return the (lower, upper) limit of "position", "velocity" or "effort", each None if missing or a stand-in."""

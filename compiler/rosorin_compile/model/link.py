@@ -208,7 +208,6 @@ def along_link(inertia: Inertia, frame: Transform) -> Inertia:
     if frame.rows == Transform().rows:
         return inertia
     xx, yy, zz, xy, xz, yz = inertia
-    tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    a, b, c = (tuple(dot(line, row) for line in tensor) for row in frame.rows)
+    a, b, c = (tuple(dot(line, row) for line in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))) for row in frame.rows)
     r, s, t = frame.rows
     return (dot(r, a), dot(s, b), dot(t, c), dot(r, b), dot(r, c), dot(s, c))  # type: ignore[arg-type]

@@ -121,7 +121,7 @@ class Output:
     name: str
     backend: str
     file: str
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True, repr=False)

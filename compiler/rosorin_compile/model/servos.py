@@ -41,8 +41,7 @@ class ServoGroup:
     source: Source = NO_SOURCE
 
     def radians(self, pulse: int) -> float:
-        difference = self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse
-        return difference * self.rad_per_pulse
+        return (self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse) * self.rad_per_pulse
 
     def exact_pulse(self, position: float) -> float:
         """Return the unrounded pulse for a position (rad or m)."""

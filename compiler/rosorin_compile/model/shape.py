@@ -225,9 +225,9 @@ class Shape:
 
     def origin(self) -> Pose:
         """Return the pose of the geometry's centre in the link frame."""
-        if isinstance(self.geometry, Box) and self.geometry.centre != (0.0, 0.0, 0.0):
-            return Pose(self.pose.transform().apply(self.geometry.centre), self.pose.rpy)
-        return self.pose
+        if not isinstance(self.geometry, Box) or (centre := self.geometry.centre) == (0.0, 0.0, 0.0):
+            return self.pose
+        return Pose(self.pose.transform().apply(centre), self.pose.rpy)
 
     def move(self, transform: Transform) -> Shape:
         """Transform the shape to a parent frame; a box rotated by quarter turns becomes a box without a rotation."""

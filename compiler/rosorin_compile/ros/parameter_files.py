@@ -214,9 +214,7 @@ class _Reader:
         if _DOUBLE.match(text):
             fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
             return (float(text), "double") if fits else (text, "string")  # rcl reads numbers out of range as strings
-        if _SPECIAL.match(text):
-            return float(text.replace(".", "")), "double"
-        return text, "string"
+        return (float(text.replace(".", "")), "double") if _SPECIAL.match(text) else (text, "string")
 
     def text(self, node: Any) -> str:
         if not isinstance(node, yaml.ScalarNode):

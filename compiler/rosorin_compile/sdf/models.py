@@ -26,7 +26,7 @@ from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml import markup
-from rosorin_compile.source.xml.elements import kept_text
+from rosorin_compile.source.xml.elements import kept_text, numbers_of
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, correction, name_of, words
 
 from .content import RESERVED, UNLIMITED, WORLD
@@ -163,6 +163,9 @@ class SdfReader(XmlReader):
         return None if child is None or not child.text else SourceValue(child.text, markup.place(child))
 
     def all_of(self, element: Element, count: int, unit: str = "") -> list[SourceValue] | None:
+        if (whole := element.document.whole) is not None:
+            with suppress(ValueError):  # invalid numbers are reported below
+                return [SourceValue(number, whole) for number in numbers_of(element.text, count)]
         return self.numbers(words(element), element, "", element.span, count, unit)
 
     def one(self, element: Element | None, tag: str, unit: str = "") -> SourceValue | None:
@@ -178,9 +181,8 @@ class SdfReader(XmlReader):
 
     def pose(self, element: Element | None) -> WrittenPose:
         """Parse a <pose>; a missing or empty <pose> is the identity."""
-        none = WrittenPose(Transform(), element=element)
-        if element is None or not words(element):
-            return none
+        if element is None or not element.text:
+            return WrittenPose(Transform(), element=element)
         form = element.get("rotation_format", "euler_rpy")
         if form == "euler_rpy":
             self.check_attributes(element, ("relative_to", "frame", "rotation_format", "degrees"))
@@ -188,14 +190,14 @@ class SdfReader(XmlReader):
             message, help = f'the rotation of {name_of(element)} is in "{form}"', "one of euler_rpy, quat_xyzw"
             self.error("wrong-value", message, element.attributes["rotation_format"].span, help)
         if (found := self.all_of(element, 7 if form == "quat_xyzw" else 6)) is None:
-            return none
+            return WrittenPose(Transform(), element=element)
         if form == "quat_xyzw":
             x, y, z, a, b, c, w = (float(one.value) for one in found)
             if any((a, b, c, w)):
                 return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
             message = f"the quaternion of {name_of(element)} is zero: no rotation"
             self.error("zero-quaternion", message, element.span, "write a rotation, such as 0 0 0 1 for none")
-            return none
+            return WrittenPose(Transform(), element=element)
         if is_true(element.get("degrees")):
             found = [*found[:3], *(SourceValue(math.radians(one.value), one.span) for one in found[3:])]
         xyz, rpy = ([_with_unit(one, unit) for one in found[at : at + 3]] for at, unit in ((0, LENGTHS), (3, ANGLES)))
@@ -204,7 +206,8 @@ class SdfReader(XmlReader):
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
         """Return the child elements with tags not in ``read``; report misspelled tags and unknown attributes."""
-        known = {*read, *sdf_elements().get(element.tag, ())}
+        is_read = all(child.tag in read for child in element.children)
+        known = {*read} if is_read else {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
         found = [child for child in element.children if child.tag in tags and child.tag not in read]

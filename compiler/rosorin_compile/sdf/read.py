@@ -318,11 +318,9 @@ class _Robot:
     def _colour(self, material: Element, tag: str) -> SourceValue | None:
         child = self.reading.single(material, tag)
         values = None if child is None else self.reading.all_of(child, 3 if len(child.text.split()) == 3 else 4)
-        return (
-            None
-            if values is None or child is None
-            else SourceValue([*values, SourceValue(1, child.span)][:4], child.span)
-        )
+        if values is None or child is None:
+            return None
+        return SourceValue([*values, SourceValue(1, child.span)][:4], child.span)
 
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
         reading = self.reading

@@ -138,8 +138,7 @@ class Bodies:
 
     def _base_in_body(self, node: Node) -> Node | None:
         found = node.scope.find(self.reading.base(node)[0])
-        is_member = found in self._body and self.body_of(found) is self.body_of(node)
-        return found if is_member else None
+        return found if found in self._body and self.body_of(found) is self.body_of(node) else None
 
     def parent_of(self, node: Node) -> Node | None:
         """Return the parent of a link or frame within its body, or None for the topmost member."""

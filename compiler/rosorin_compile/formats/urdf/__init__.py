@@ -11,7 +11,7 @@ from .. import format
 from ..format import Format, OutputEntry, Unsupported, xml_syntax
 from ..gazebo import unsupported_drives
 from . import write
-from .write import ELEMENTS, Content, check, frames_of, links_of
+from .write import ELEMENTS, check, content_of, frames_of, links_of
 
 __all__ = ["FORMAT"]
 
@@ -85,13 +85,13 @@ FORMAT = Format(
     roots=("robot",),
     check=check,
     write=write.write,
-    view=lambda robot, output: Content(robot, output).view,
+    view=lambda robot, output: content_of(robot, output).view,
     read=lambda text: _reader().read(text),
     load=lambda opened: _reader().read_urdf(opened.xml, opened.path, opened.options),
     asked=_asked,
     links=links_of,
     leaves_out=_leaves_out,
-    brings=lambda robot, output: Content(robot, output).blocks,
+    brings=lambda robot, output: content_of(robot, output).blocks,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
     syntax=xml_syntax,

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
+from rosorin_compile.model import Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
@@ -68,8 +68,8 @@ NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "safety_controller": dict.fromkeys(("soft_lower_limit", "soft_upper_limit"), _POSITION)
     | dict.fromkeys(("k_position", "k_velocity"), _PLAIN),
 }
+_ATTRIBUTES = {tag: (*TEXTS.get(tag, ()), *NUMBERS.get(tag, ())) for tag in (*TEXTS, *NUMBERS)}
 
-_PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
@@ -104,13 +104,12 @@ def read(text: str) -> Robot:
 
 
 def plain(robot: Robot) -> Robot:
-    """Remove sources and publishers, which a URDF lacks. Raises ValueError if a joint has an unknown link."""
+    """Remove sources and outputs, which a URDF lacks. Raises ValueError if a joint has an unknown link."""
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in robot.link:
                 raise ValueError(f'the {end} of the joint "{joint.name}" is not a link: "{name}"')
-    joints = tuple(replace(joint, publisher=_PUBLISHER) for joint in robot.joints)
-    return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
+    return replace(robot, source=NO_SOURCE, outputs=())
 
 
 class _Reader(XmlReader):
@@ -151,7 +150,8 @@ class _Reader(XmlReader):
         version = root.attributes.get("version")
         if version and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
-        elements = (one for one in root.iter() if not one.tag.startswith("xacro:"))
+        every = root.iter() if "$" in root.document.source.text else ()
+        elements = (one for one in every if not one.tag.startswith("xacro:"))
         values = (value for one in elements for value in one.attributes.values())
         found = next((value for value in values if "${" in value.value or "$(" in value.value), None)
         if found is not None:
@@ -163,8 +163,7 @@ class _Reader(XmlReader):
 
     def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
         """Report unknown and missing attributes, and unknown children; record the YAML path of the element."""
-        attributes = (*TEXTS.get(element.tag, ()), *NUMBERS.get(element.tag, ()))
-        self.check(element, CHILDREN.get(element.tag, ()), attributes, keep)
+        self.check(element, CHILDREN.get(element.tag, ()), _ATTRIBUTES.get(element.tag, ()), keep)
         self.need(element, *needed)
         if path:
             self.paths[id(element)] = path

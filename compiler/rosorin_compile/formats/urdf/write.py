@@ -294,6 +294,12 @@ class Content:
             yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
 
 
+@of_robot
+def content_of(robot: Robot, output: Output) -> Content:
+    """Return the contents of a URDF; they are needed to write it and to prove it."""
+    return Content(robot, output)
+
+
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
     """Return (new links, joint) for each joint; links of earlier joints are not new. Without joints: ([root], None)."""
     visited: set[str] = set()
@@ -370,7 +376,7 @@ def _moved_inertia(robot: Robot) -> Mapping[str, float]:
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the URDF of a robot, and diagnostics. ``FORMAT`` documents the options."""
-    content, number = Content(robot, output), number_format(output.options)
+    content, number = content_of(robot, output), number_format(output.options)
     shown, steps, version = content.view, [], str(output.options.get("version", "1.0"))  # YAML reads 1.2 as a number
     for names, joint in link_groups(shown, shown.joints):
         links = []

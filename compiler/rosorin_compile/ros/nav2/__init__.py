@@ -16,6 +16,7 @@ from rosorin_compile.model import Mesh, Output, Robot, Sensor
 from rosorin_compile.model.drive import STEERED, drive_kinematics
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import report
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, error, phrase
 from rosorin_compile.source.tree import Path
 
@@ -134,7 +135,11 @@ def _sources(robot: Robot, output: Output) -> list[_Source]:
     return found
 
 
-def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None, list[Diagnostic]]:
+@of_robot
+def _measure(robot: Robot, output: Output) -> tuple[_Size | None, list[Diagnostic]]:
+    made, _ = _basics(robot, output)
+    if made is None:
+        return None, []
     rule, left, options = "nav2-footprint", "footprint and heights are left out", output.options
     solids, unknown = solids_of(robot, made.base, made.positions, clouds_of(robot))
     if unknown:
@@ -191,7 +196,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     made, found = _basics(robot, output)
     if made is None or any(one.severity == ERROR for one in found):
         return "", []  # rules report these errors
-    size, diagnostics = _measure(robot, output, made)
+    size, diagnostics = _measure(robot, output)
     head = [f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot."]
     head += ["No tuning is in it: load it after your own."]
     if size is not None:
@@ -205,8 +210,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 def view(robot: Robot, output: Output) -> Parameters:
     """Return the parameters in nav2.yaml, for comparison with an existing file."""
-    made, _ = _basics(robot, output)
-    return parameters_of(output, () if made is None else _nodes(robot, output, made, _measure(robot, output, made)[0]))
+    made, size = _basics(robot, output)[0], _measure(robot, output)[0]
+    return parameters_of(output, () if made is None else _nodes(robot, output, made, size))
 
 
 def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> Iterator[Node]:

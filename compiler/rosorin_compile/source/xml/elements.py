@@ -62,8 +62,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
     for element in [*parse(Source("", text)).root.iter()][1:]:
         outer = [*element.ancestors()][-2::-1]
         *above, here = [(e.tag, next(filter(None, map(e.get, _NAMES)), "")) for e in (*outer, element)]
-        names = [*(f"{tag} {name}" for tag, name in above if name), " ".join(here).rstrip()]
-        place = " ".join(names[-3:])
+        place = " ".join([*(f"{tag} {name}" for tag, name in above if name), " ".join(here).rstrip()][-3:])
         own = [(f"{place} {key}", attribute.value) for key, attribute in element.attributes.items()]
         own += [(place, element.text)] if element.text or not (own or element.children) else []
         for where, value in own:
@@ -171,7 +170,9 @@ def number_of(text: str) -> float:
 
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
     """Parse white-space separated numbers. Raises ValueError for other text, or if there are not ``count`` numbers."""
-    found = tuple(map(number_of, text.split()))
+    found = tuple(map(float, text.split()))
+    if "_" in text or not all(map(math.isfinite, found)):
+        found = tuple(map(number_of, text.split()))  # raises ValueError
     if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')
     return found

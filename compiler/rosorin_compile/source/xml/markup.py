@@ -121,10 +121,7 @@ class Attribute(NamedTuple):
         return self.element.document.whole or self.element.document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
-        document = self.element.document
-        if document.whole is not None:
-            return [Word(word, document.whole) for word in self.value.split()]
-        return document.words(self.raw, self.value, self.start, self.span)
+        return self.element.document.words(self.raw, self.value, self.start, self.span)
 
 
 class Remark(NamedTuple):
@@ -137,16 +134,22 @@ class Remark(NamedTuple):
 
 
 class Element:
-    """An XML element. ``start`` and ``end`` are its offsets in the source, ``opened`` is the end of its start tag."""
+    """An XML element. ``start`` and ``end`` are its offsets in the source."""
 
-    __slots__ = ("attributes", "children", "content", "document", "end", "opened", "parent", "start", "tag")
+    __slots__ = ("attributes", "children", "content", "document", "end", "parent", "start", "tag")
 
     def __init__(self, document: Document, tag: str, parent: Element | None, start: int) -> None:
         self.document, self.tag, self.parent = document, tag, parent
-        self.start = self.opened = self.end = start
+        self.start = self.end = start
         self.attributes: dict[str, Attribute] = {}
         self.content: list[Element | Remark] = []
         self.children: list[Element] = []
+
+    @property
+    def opened(self) -> int:
+        """The offset of the end of the start tag: the first ">" after the values that contain a ">"."""
+        ends = [one.start + len(one.raw) for one in self.attributes.values() if ">" in one.value]
+        return self.document.source.text.index(">", max(ends, default=self.start)) + 1
 
     @property
     def texts(self) -> list[Remark]:
@@ -155,11 +158,11 @@ class Element:
     @property
     def text(self) -> str:
         """The text of the element without the text of its children, stripped."""
-        return "".join(item.text for item in self.texts).strip()
+        return "".join([one.text for one in self.content if isinstance(one, Remark) and one.kind == TEXT]).strip()
 
     @property
     def span(self) -> Span:
-        return self.document.span(self.start + 1, len(self.tag))
+        return self.document.whole or self.document.span(self.start + 1, len(self.tag))
 
     @property
     def verbatim(self) -> str:
@@ -187,7 +190,7 @@ class Document:
 
     def __init__(self, source: Source) -> None:
         self.source = source
-        self._starts = [0, *(match.end() for match in _LINE_END.finditer(source.text))]
+        self._starts: list[int] = []  # offsets of lines, found when the first span is needed
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
@@ -200,6 +203,7 @@ class Document:
             return self.whole
         if self.origin is not None:
             return self.origin(start, length)
+        self._starts = self._starts or [0, *(match.end() for match in _LINE_END.finditer(self.source.text))]
         line = bisect_right(self._starts, start)
         column = start - self._starts[line - 1]
         if line < len(self._starts) and start + length > self._starts[line]:
@@ -278,8 +282,7 @@ def parse_artifact(text: str, tag: str) -> Document:
 
 class _Reader:
     def __init__(self, source: Source) -> None:
-        self.document = Document(source)
-        self.text = source.text
+        self.document, self.text = Document(source), source.text
         self.data = source.text.encode("utf-8", "surrogatepass")  # expat, not encode(), reports surrogates
         self.is_ascii = source.text.isascii()
         self.last = (0, 0)  # offset of the last event, in bytes and in characters
@@ -301,7 +304,7 @@ class _Reader:
         return self.last[1]
 
     def start(self, tag: str, pairs: list[str]) -> None:
-        start = self.here()
+        start = self.parser.CurrentByteIndex if self.is_ascii else self.here()
         self.count += 1
         self.depth += 1
         if self.depth > MAX_DEPTH or self.count > MAX_ELEMENTS:
@@ -310,12 +313,8 @@ class _Reader:
                 rule, message = "xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements"
             raise MarkupError(error(rule, message, self.document.span(start + 1), "is this the right file?"))
         made = Element(self.document, tag, self.open, start)
-        position = start
-        for name, value in zip(pairs[::2], pairs[1::2], strict=True):
-            made.attributes[name] = attribute = Attribute(made, name, value)
-            if ">" in value:  # the tag ends after this value, not at the ">" in it
-                position = attribute.start + len(attribute.raw)
-        made.opened = self.text.index(">", position) + 1
+        for name, value in zip(pairs[::2], pairs[1::2], strict=True) if pairs else ():
+            made.attributes[name] = Attribute(made, name, value)
         if self.open:
             self.open.content.append(made)
             self.open.children.append(made)
@@ -325,8 +324,10 @@ class _Reader:
 
     def finish(self, _tag: str) -> None:
         if (made := self.open) is not None:
-            is_empty = self.text.startswith("/", made.opened - 2)
-            made.end = made.opened if is_empty else self.text.index(">", self.here()) + 1
+            # Here, expat is behind an empty element, or at the end tag of another element.
+            end = self.parser.CurrentByteIndex if self.is_ascii else self.here()
+            is_empty = not made.content and self.text.startswith("/>", end - 2)
+            made.end = end if is_empty else self.text.index(">", end) + 1
             self.open = made.parent
             self.depth -= 1
 

@@ -198,9 +198,15 @@ class Shape:
         """Return the boxes of a height map as shapes NAME_1, NAME_2, ..., or the shape itself otherwise."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
-        boxes = enumerate(self.geometry.boxes(form), 1)
-        names = ((box, f"{self.name}_{number}" if self.name else "") for number, box in boxes)
-        return tuple(replace(self, geometry=box, name=name) for box, name in names)
+        if form not in self._solids:
+            boxes = enumerate(self.geometry.boxes(form), 1)
+            names = ((box, f"{self.name}_{number}" if self.name else "") for number, box in boxes)
+            self._solids[form] = tuple(replace(self, geometry=box, name=name) for box, name in names)
+        return self._solids[form]
+
+    @cached_property
+    def _solids(self) -> dict[str, tuple[Shape, ...]]:
+        return {}
 
     @property
     def volume(self) -> float:

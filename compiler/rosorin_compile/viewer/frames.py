@@ -340,6 +340,8 @@ def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
 
 def text_width(text: str) -> int:
     """Return the width of a text in columns of a monospace font; East Asian characters take two columns."""
+    if text.isascii():
+        return len(text)
     shown = [letter for letter in text if unicodedata.category(letter) not in ("Mn", "Me", "Cf")]
     return sum(2 if unicodedata.east_asian_width(letter) in ("W", "F") else 1 for letter in shown)
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 from typing import NamedTuple
 
 from .geometry import IDENTITY, Transform, Vector, dot, minus, plane_axes, plus
@@ -32,6 +33,19 @@ class Bounds(NamedTuple):
         (g, h, i), (j, k, m) = other
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
 
+    def at(self, place: Transform) -> "Bounds":
+        """Return the bounding box of the box at a pose in another frame."""
+        x, y, z = minus(self.upper, self.lower)
+        x, y, z = half = (x / 2, y / 2, z / 2)
+        (a, b, c), (d, e, f), (g, h, i) = place.rows
+        middle = place.apply(plus(self.lower, half))
+        half = (
+            abs(a) * x + abs(b) * y + abs(c) * z,
+            abs(d) * x + abs(e) * y + abs(f) * z,
+            abs(g) * x + abs(h) * y + abs(i) * z,
+        )
+        return Bounds(minus(middle, half), plus(middle, half))
+
     def gap(self, other: "Bounds") -> float:
         """Return the distance between two boxes (m), or zero if they touch."""
         pairs = zip(self.lower, self.upper, other.lower, other.upper, strict=True)
@@ -49,13 +63,8 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
         if isinstance(shape.geometry, Mesh):
             return None
         lower, upper = _corners(shape.geometry)
-        if shape.pose != IDENTITY:
-            place, (x, y, z) = shape.pose.transform(), minus(upper, lower)
-            half = (x / 2, y / 2, z / 2)
-            middle = place.apply(plus(lower, half))
-            a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
-            lower, upper = minus(middle, (a, b, c)), plus(middle, (a, b, c))
-        bounds = bounds.join(Bounds(lower, upper)) if bounds else Bounds(lower, upper)
+        box = Bounds(lower, upper) if shape.pose == IDENTITY else Bounds(lower, upper).at(shape.pose.transform())
+        bounds = bounds.join(box) if bounds else box
     return bounds
 
 
@@ -112,10 +121,10 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
     def reach(direction: Vector) -> float:
         x, y, z = direction
         x, y, z = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
-        if isinstance(geometry, Capsule):
-            extent = abs(z) * geometry.length / 2 + geometry.radius
-        elif isinstance(geometry, Sphere):
+        if isinstance(geometry, Sphere):
             extent = geometry.radius
+        elif isinstance(geometry, Capsule):
+            extent = abs(z) * geometry.length / 2 + geometry.radius
         elif isinstance(geometry, Cylinder):
             extent = abs(z) * geometry.length / 2 + geometry.radius * math.hypot(x, y)
         elif isinstance(geometry, Ellipsoid):
@@ -134,7 +143,6 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
     ``placed`` has each shape with the pose of its link. Meshes are not supported. The relative error is below 0.004 %.
     """
     u, v = plane_axes(axis)
-    turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())
@@ -143,12 +151,19 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
             ends = [there.apply((0.0, 0.0, end)) for end in (-half, half)]
             farthest = max(farthest, *(math.hypot(dot(end, u), dot(end, v)) + geometry.radius for end in ends))
             continue
-        reach = reach_along(shape, place)
-        for turn in (math.atan2(dot(there.xyz, v), dot(there.xyz, u)), *turns):
-            across, up = math.cos(turn), math.sin(turn)
-            direction = (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])
-            farthest = max(farthest, reach(direction))
+        outward = _between(u, v, math.atan2(dot(there.xyz, v), dot(there.xyz, u)))
+        farthest = max(farthest, *map(reach_along(shape, place), (outward, *_circle(u, v))))
     return farthest
+
+
+@lru_cache(maxsize=100)
+def _circle(u: Vector, v: Vector) -> list[Vector]:
+    return [_between(u, v, 2 * math.pi * step / 360) for step in range(360)]
+
+
+def _between(u: Vector, v: Vector, turn: float) -> Vector:
+    across, up = math.cos(turn), math.sin(turn)
+    return (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])
 
 
 class Way(NamedTuple):

@@ -114,13 +114,12 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
     """
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
-    boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
-    # ends[axis][is_positive]: the lower or upper coordinate of each box, whichever is farther along the direction.
-    ends = [[[pick(b.lower[k], b.upper[k]) for b in boxes] for pick in (min, max)] for k in range(3)]
+    j, k, m = there.xyz
+    boxes = [_corners(one.geometry) for one in shape.solids(MERGED)] if isinstance(geometry, Box | HeightMap) else []
 
     def reach(direction: Vector) -> float:
-        x, y, z = direction
-        x, y, z = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+        u, v, w = direction
+        x, y, z = a * u + d * v + g * w, b * u + e * v + h * w, c * u + f * v + i * w
         if isinstance(geometry, Sphere):
             extent = geometry.radius
         elif isinstance(geometry, Capsule):
@@ -130,9 +129,10 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
         elif isinstance(geometry, Ellipsoid):
             extent = math.hypot(x * geometry.radii[0], y * geometry.radii[1], z * geometry.radii[2])
         else:  # a box or a height map, which has no boxes if all heights are 0
-            sides = zip(ends[0][x > 0], ends[1][y > 0], ends[2][z > 0], strict=True)
-            extent = max((x * p + y * q + z * r for p, q, r in sides), default=-math.inf)
-        return dot(there.xyz, direction) + extent
+            extent = -math.inf
+            for (o, p, q), (r, s, t) in boxes:
+                extent = max(extent, x * (r if x > 0 else o) + y * (s if y > 0 else p) + z * (t if z > 0 else q))
+        return j * u + k * v + m * w + extent
 
     return reach
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable
-from functools import lru_cache
 from typing import NamedTuple
 
 from .geometry import IDENTITY, Transform, Vector, dot, minus, plane_axes, plus
@@ -10,6 +9,7 @@ from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMa
 
 _NOWHERE = (math.inf, -math.inf)
 _EVERYWHERE = (-math.inf, math.inf)
+_CIRCLE = [(math.cos(turn), math.sin(turn)) for turn in (2 * math.pi * step / 360 for step in range(360))]
 _PARALLEL = 1e-12  # direction components below this count as 0; also the tolerance (m) for a line on a face
 
 
@@ -35,16 +35,10 @@ class Bounds(NamedTuple):
 
     def at(self, place: Transform) -> "Bounds":
         """Return the bounding box of the box at a pose in another frame."""
-        x, y, z = minus(self.upper, self.lower)
-        x, y, z = half = (x / 2, y / 2, z / 2)
-        (a, b, c), (d, e, f), (g, h, i) = place.rows
-        middle = place.apply(plus(self.lower, half))
-        half = (
-            abs(a) * x + abs(b) * y + abs(c) * z,
-            abs(d) * x + abs(e) * y + abs(f) * z,
-            abs(g) * x + abs(h) * y + abs(i) * z,
-        )
-        return Bounds(minus(middle, half), plus(middle, half))
+        x, y, z = ((high - low) / 2 for low, high in zip(*self, strict=True))
+        middle = place.apply(plus(self.lower, (x, y, z)))
+        a, b, c = (abs(p) * x + abs(q) * y + abs(r) * z for p, q, r in place.rows)
+        return Bounds(minus(middle, (a, b, c)), plus(middle, (a, b, c)))
 
     def gap(self, other: "Bounds") -> float:
         """Return the distance between two boxes (m), or zero if they touch."""
@@ -142,7 +136,7 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
     ``placed`` has each shape with the pose of its link. Meshes are not supported. The relative error is below 0.004 %.
     """
-    u, v = plane_axes(axis)
+    u, v = (i, j, k), (m, n, o) = plane_axes(axis)
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())
@@ -151,19 +145,10 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
             ends = [there.apply((0.0, 0.0, end)) for end in (-half, half)]
             farthest = max(farthest, *(math.hypot(dot(end, u), dot(end, v)) + geometry.radius for end in ends))
             continue
-        outward = _between(u, v, math.atan2(dot(there.xyz, v), dot(there.xyz, u)))
-        farthest = max(farthest, *map(reach_along(shape, place), (outward, *_circle(u, v))))
+        reach, turn = reach_along(shape, place), math.atan2(dot(there.xyz, v), dot(there.xyz, u))
+        ways = [(math.cos(turn), math.sin(turn)), *_CIRCLE]
+        farthest = max(farthest, *(reach((c * i + s * m, c * j + s * n, c * k + s * o)) for c, s in ways))
     return farthest
-
-
-@lru_cache(maxsize=100)
-def _circle(u: Vector, v: Vector) -> list[Vector]:
-    return [_between(u, v, 2 * math.pi * step / 360) for step in range(360)]
-
-
-def _between(u: Vector, v: Vector, turn: float) -> Vector:
-    across, up = math.cos(turn), math.sin(turn)
-    return (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])
 
 
 class Way(NamedTuple):

@@ -200,9 +200,8 @@ class Shape:
         if not isinstance(self.geometry, HeightMap):
             return (self,)
         if form not in self._solids:
-            boxes = enumerate(self.geometry.boxes(form), 1)
-            names = ((box, f"{self.name}_{number}" if self.name else "") for number, box in boxes)
-            self._solids[form] = tuple(replace(self, geometry=box, name=name) for box, name in names)
+            boxes, start = enumerate(self.geometry.boxes(form), 1), f"{self.name}_" if self.name else ""
+            self._solids[form] = tuple(replace(self, geometry=b, name=start and f"{start}{n}") for n, b in boxes)
         return self._solids[form]
 
     @cached_property

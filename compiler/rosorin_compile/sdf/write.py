@@ -60,7 +60,7 @@ class _Writer:
         self.content, self.names = contents.content_of(robot), contents.joint_names(robot)
         self.world = contents.world_of(robot)
         carrier = self.content.carrier
-        self.carried: dict[str, list[str]] = {}  # names of the links whose shapes a body of the SDF has
+        self.carried: dict[str, list[str]] = {}  # links whose shapes a body of the SDF has
         for link in robot.links:
             self.carried.setdefault(carrier.get(link.name, ""), []).append(link.name)
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}

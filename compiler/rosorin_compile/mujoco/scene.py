@@ -135,10 +135,7 @@ FORMAT = Format(
     rank=31,
     covers=("robot",),
     options={
-        "of": {
-            "type": "string",
-            "description": "MJCF output to include in the scene; default: the only MJCF output.",
-        }
+        "of": {"type": "string", "description": "MJCF output to include in the scene; default: the only MJCF output."}
     },
     file="scene.xml",
     endings=(".xml",),

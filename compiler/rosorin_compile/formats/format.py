@@ -354,7 +354,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
         in_all = [key for key in some[0][1] if all(key in keys for _, keys in some)]
         own = [(output.file, output, [key for key in keys if key not in in_all]) for output, keys in some]
         for subject, output, keys in [(formats[name].word, some[0][0], in_all), *own]:
-            counts = {key: len([*_places(tree, key)]) for key in keys}
+            counts = {key: _count(tree, key) for key in keys}
             found = [f"{key.replace('.*', '')} ({count_of(count, 'place')})" for key, count in counts.items() if count]
             if found:
                 span = tree.locate(("outputs", output.name), key=True).span
@@ -365,14 +365,14 @@ def _lost(format: Format, output: Output) -> list[str]:
     return [key for key, why in _table(format, output).items() if why and not (why.quiet or why.one_way)]
 
 
-def _places(value: Any, pattern: str) -> Iterator[Any]:
-    """Yield the values at a key such as "links.*.sites"; "*" matches any entry, and "1" the second item of a list."""
-    step, _, rest = pattern.partition(".")
-    if isinstance(value, list):
-        inner = value if step == "*" else value[int(step) : int(step) + 1] if step.isdecimal() else []
-    elif isinstance(value, Mapping):
-        inner = list(value.values()) if step == "*" else [value[step]] if step in value else []
-    else:
-        return
-    for item in inner:
-        yield from _places(item, rest) if rest else [item] if item not in (None, [], {}) and item is not False else []
+def _count(tree: Map, key: str) -> int:
+    """Count the values at a key such as "links.*.sites"; "*" matches any entry, and "1" the second item of a list."""
+    found: list[Any] = [tree]
+    for step in key.split("."):
+        lists, maps = [one for one in found if isinstance(one, list)], [one for one in found if isinstance(one, dict)]
+        if step == "*":
+            found = [item for one in lists for item in one] + [item for one in maps for item in one.values()]
+            continue
+        found = [one[step] for one in maps if step in one]
+        found += [one[int(step)] for one in lists if step.isdecimal() and int(step) < len(one)]
+    return sum(item not in (None, [], {}) and item is not False for item in found)

@@ -13,7 +13,7 @@ from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from urllib.parse import unquote
 
 from rosorin_compile.language.element_names import files_in
@@ -80,6 +80,8 @@ class SearchResult(NamedTuple):
     files: Mapping[str, bytes] = MappingProxyType({})  # {path in the output folder: contents} to write
 
     def add_to(self, robot: Robot) -> Robot:
+        if not self.missing and not self.by_name:
+            return robot  # with the results that are cached in it
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
         contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
         return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)
@@ -157,19 +159,19 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
     found: dict[str, dict[Span, None]] = {}
     colliding: set[str] = set()
 
-    def visit(node: Any, collides: bool = False) -> None:
+    def visit(node: Map | Seq, collides: bool = False) -> None:
         if isinstance(node, Map):
             entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
             if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
                 colliding.update([entry[key]] if collides else ())
-            for name, value in node.items():
-                visit(value if name != "mjcf" else None, collides or name == "collision")  # skip raw MJCF values
-        for item in node if isinstance(node, Seq) else ():
-            visit(item, collides)
+        for name, value in node.items() if isinstance(node, Map) else enumerate(node):
+            if isinstance(value, (Map, Seq)) and name != "mjcf":  # skip raw MJCF values
+                visit(value, collides or name == "collision")
 
     for key, value in tree.items():
-        visit(value if key != "outputs" else None)
+        if isinstance(value, (Map, Seq)) and key != "outputs":
+            visit(value)
     return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
 
 

@@ -9,6 +9,7 @@ from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMa
 
 _NOWHERE = (math.inf, -math.inf)
 _EVERYWHERE = (-math.inf, math.inf)
+_CIRCLE = [(math.cos(turn), math.sin(turn)) for turn in (2 * math.pi * step / 360 for step in range(360))]
 _PARALLEL = 1e-12  # direction components below this count as 0; also the tolerance (m) for a line on a face
 
 
@@ -32,6 +33,13 @@ class Bounds(NamedTuple):
         (g, h, i), (j, k, m) = other
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
 
+    def at(self, place: Transform) -> "Bounds":
+        """Return the bounding box of the box at a pose in another frame."""
+        x, y, z = ((high - low) / 2 for low, high in zip(*self, strict=True))
+        middle = place.apply(plus(self.lower, (x, y, z)))
+        a, b, c = (abs(p) * x + abs(q) * y + abs(r) * z for p, q, r in place.rows)
+        return Bounds(minus(middle, (a, b, c)), plus(middle, (a, b, c)))
+
     def gap(self, other: "Bounds") -> float:
         """Return the distance between two boxes (m), or zero if they touch."""
         pairs = zip(self.lower, self.upper, other.lower, other.upper, strict=True)
@@ -49,13 +57,8 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
         if isinstance(shape.geometry, Mesh):
             return None
         lower, upper = _corners(shape.geometry)
-        if shape.pose != IDENTITY:
-            place, (x, y, z) = shape.pose.transform(), minus(upper, lower)
-            half = (x / 2, y / 2, z / 2)
-            middle = place.apply(plus(lower, half))
-            a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
-            lower, upper = minus(middle, (a, b, c)), plus(middle, (a, b, c))
-        bounds = bounds.join(Bounds(lower, upper)) if bounds else Bounds(lower, upper)
+        box = Bounds(lower, upper) if shape.pose == IDENTITY else Bounds(lower, upper).at(shape.pose.transform())
+        bounds = bounds.join(box) if bounds else box
     return bounds
 
 
@@ -105,25 +108,25 @@ def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
     """
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
-    boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
-    # ends[axis][is_positive]: the lower or upper coordinate of each box, whichever is farther along the direction.
-    ends = [[[pick(b.lower[k], b.upper[k]) for b in boxes] for pick in (min, max)] for k in range(3)]
+    j, k, m = there.xyz
+    boxes = [_corners(one.geometry) for one in shape.solids(MERGED)] if isinstance(geometry, Box | HeightMap) else []
 
     def reach(direction: Vector) -> float:
-        x, y, z = direction
-        x, y, z = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
-        if isinstance(geometry, Capsule):
-            extent = abs(z) * geometry.length / 2 + geometry.radius
-        elif isinstance(geometry, Sphere):
+        u, v, w = direction
+        x, y, z = a * u + d * v + g * w, b * u + e * v + h * w, c * u + f * v + i * w
+        if isinstance(geometry, Sphere):
             extent = geometry.radius
+        elif isinstance(geometry, Capsule):
+            extent = abs(z) * geometry.length / 2 + geometry.radius
         elif isinstance(geometry, Cylinder):
             extent = abs(z) * geometry.length / 2 + geometry.radius * math.hypot(x, y)
         elif isinstance(geometry, Ellipsoid):
             extent = math.hypot(x * geometry.radii[0], y * geometry.radii[1], z * geometry.radii[2])
         else:  # a box or a height map, which has no boxes if all heights are 0
-            sides = zip(ends[0][x > 0], ends[1][y > 0], ends[2][z > 0], strict=True)
-            extent = max((x * p + y * q + z * r for p, q, r in sides), default=-math.inf)
-        return dot(there.xyz, direction) + extent
+            extent = -math.inf
+            for (o, p, q), (r, s, t) in boxes:
+                extent = max(extent, x * (r if x > 0 else o) + y * (s if y > 0 else p) + z * (t if z > 0 else q))
+        return j * u + k * v + m * w + extent
 
     return reach
 
@@ -133,8 +136,7 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
     ``placed`` has each shape with the pose of its link. Meshes are not supported. The relative error is below 0.004 %.
     """
-    u, v = plane_axes(axis)
-    turns = [2 * math.pi * step / 360 for step in range(360)]
+    u, v = (i, j, k), (m, n, o) = plane_axes(axis)
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())
@@ -143,11 +145,9 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
             ends = [there.apply((0.0, 0.0, end)) for end in (-half, half)]
             farthest = max(farthest, *(math.hypot(dot(end, u), dot(end, v)) + geometry.radius for end in ends))
             continue
-        reach = reach_along(shape, place)
-        for turn in (math.atan2(dot(there.xyz, v), dot(there.xyz, u)), *turns):
-            across, up = math.cos(turn), math.sin(turn)
-            direction = (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])
-            farthest = max(farthest, reach(direction))
+        reach, turn = reach_along(shape, place), math.atan2(dot(there.xyz, v), dot(there.xyz, u))
+        ways = [(math.cos(turn), math.sin(turn)), *_CIRCLE]
+        farthest = max(farthest, *(reach((c * i + s * m, c * j + s * n, c * k + s * o)) for c, s in ways))
     return farthest
 
 

@@ -30,6 +30,7 @@ class UnreadableMesh(Exception):
         self.help, self.rule = help, rule
 
 
+@of_robot
 def clouds_of(robot: Robot, as_opened: bool = False) -> Clouds:
     """Return a function that returns the vertices of a mesh, or None if its file is missing or unreadable.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from itertools import product
 
 from .geometry import IDENTITY, Pose, Transform, Vector, minus, pose_of
@@ -100,7 +100,9 @@ class HeightMap:
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
         """Return boxes that fill the height map; ``form`` is ROWS, MERGED or GROUNDED."""
         if form not in self._boxes:
-            layers = [[self._layer(i, j, form) for j in range(len(row))] for i, row in enumerate(self.heights)]
+            layer = cache(partial(self._layer, form))  # many cells are alike
+            rows = enumerate(self.heights)
+            layers = [[layer(height, self.bottom_of(i, j)) for j, height in enumerate(row)] for i, row in rows]
             boxes = _rectangles(layers, grow=form == MERGED)
             if form == MERGED:  # merging along y first may result in fewer boxes
                 turned = _rectangles(list(zip(*layers, strict=True)), grow=True)
@@ -118,16 +120,15 @@ class HeightMap:
     def _boxes(self) -> dict[str, tuple[Box, ...]]:
         return {}
 
-    def _layer(self, i: int, j: int, form: str) -> tuple[float, float] | None:
-        height, low = self.heights[i][j], self.bottom_of(i, j)
+    def _layer(self, form: str, height: float, bottom: float) -> tuple[float, float] | None:
         if height <= 0:
             return None
         high = round(math.ceil(height / self.step - 1e-6) * self.step, 12)  # a rounding error must not add a step
         if form == GROUNDED:
             return 0.0, high
-        if not isinstance(self.bottom, (int, float)):
-            low = round(math.floor(low / self.step + 1e-6) * self.step, 12)
-        return (low, high) if low < high and self.is_body(i, j) else None
+        is_grid = not isinstance(self.bottom, (int, float))
+        low = round(math.floor(bottom / self.step + 1e-6) * self.step, 12) if is_grid else bottom
+        return (low, high) if low < high and height > bottom else None
 
 
 _Layer = tuple[float, float]
@@ -198,9 +199,14 @@ class Shape:
         """Return the boxes of a height map as shapes NAME_1, NAME_2, ..., or the shape itself otherwise."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
-        boxes = enumerate(self.geometry.boxes(form), 1)
-        names = ((box, f"{self.name}_{number}" if self.name else "") for number, box in boxes)
-        return tuple(replace(self, geometry=box, name=name) for box, name in names)
+        if form not in self._solids:
+            boxes, start = enumerate(self.geometry.boxes(form), 1), f"{self.name}_" if self.name else ""
+            self._solids[form] = tuple(replace(self, geometry=b, name=start and f"{start}{n}") for n, b in boxes)
+        return self._solids[form]
+
+    @cached_property
+    def _solids(self) -> dict[str, tuple[Shape, ...]]:
+        return {}
 
     @property
     def volume(self) -> float:

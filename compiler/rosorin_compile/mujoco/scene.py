@@ -101,8 +101,8 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
 
     home, clouds = home_of(robot), clouds_of(robot, as_opened=True)
     at = resting_pose(robot, home, clouds) if robot.has_free_base(of) else robot.root_in_world.pose
-    solid, unknown = reach(robot, home.positions, "collision", at, clouds)
-    seen, _ = reach(robot, home.positions, "visual", at, no_clouds)
+    solid, unknown = reach(robot, tuple(home.positions.items()), "collision", at, clouds)
+    seen, _ = reach(robot, tuple(home.positions.items()), "visual", at, no_clouds)
     boxes = [box for box in (solid, seen) if box is not None]
     only_seen = [shape for link in robot.links if not link.collision for shape in link.visual]
     is_known = not unknown and not any(isinstance(shape.geometry, Mesh) for shape in only_seen)
@@ -135,10 +135,7 @@ FORMAT = Format(
     rank=31,
     covers=("robot",),
     options={
-        "of": {
-            "type": "string",
-            "description": "MJCF output to include in the scene; default: the only MJCF output.",
-        }
+        "of": {"type": "string", "description": "MJCF output to include in the scene; default: the only MJCF output."}
     },
     file="scene.xml",
     endings=(".xml",),

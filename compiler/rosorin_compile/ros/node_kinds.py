@@ -87,8 +87,8 @@ class Kind(NamedTuple):
 
     def key(self, name: str) -> Key | None:
         """Return the parameter with this name or with a pattern that matches the name, or None if there is none."""
-        patterns = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
-        return self.keys.get(name) or next(patterns, None)
+        many = (key for key in self.keys.values() if key.many and name.startswith(_VARIABLE.split(key.name, 1)[0]))
+        return self.keys.get(name) or next((key for key in many if _pattern(key.name).fullmatch(name)), None)
 
     def __contains__(self, name: object) -> bool:
         key = self.key(str(name))

@@ -50,10 +50,20 @@ class Case:
         """The symbol table of the names that the description defines and refers to."""
         return SymbolTable(self.tree)
 
+    @cached_property
+    def definitions(self) -> tuple[Symbol, ...]:
+        """The definitions of names, in the order of the schema."""
+        return tuple(self.symbols.definitions())
+
+    @cached_property
+    def references(self) -> tuple[Symbol, ...]:
+        """The references to names of all kinds except modes, in the order of the schema."""
+        return tuple(self.symbols.references())
+
     def mentions(self, *kinds: str) -> Iterator[Symbol]:
         """Yield the references to names of ``kinds`` ("link", ...), except to names defined within ``moveit``."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
-        for reference in self.symbols.references(kinds):
+        for reference in (one for one in self.references if one.kind in kinds):
             if reference.name not in own.get(str(reference.path[0]), {}).get(reference.kind, ()):
                 yield reference
 

@@ -53,20 +53,20 @@ def collect(tree: Map) -> Remarkable:
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
             found["stand_ins"].append((path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
-            inner = (*path, key)
-            if isinstance(key, str) and NOT_XML.search(key):
-                found["characters"].append((inner, key))
+            kind = type(item)
+            if isinstance(key, str) and not key.isprintable() and NOT_XML.search(key):
+                found["characters"].append(((*path, key), key))
             if isinstance(item, (Map, Seq)):
-                if id(item) not in plain and visit(item, inner):
+                if id(item) not in plain and visit(item, (*path, key)):
                     plain.add(id(item))
-            elif type(item) in NUMERIC:
+            elif kind in NUMERIC:
                 is_strength = key in ("effort", "velocity") and path[:1] == ("joints",) and path[2:] == ("limit",)
-                if isinstance(item, Quantity) and item.dimension == ANGLE and "." in item.text:
-                    found["degrees"].append((inner, item))
+                if kind is Quantity and item.dimension == ANGLE and "." in item.text:
+                    found["degrees"].append(((*path, key), item))
                 elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
-                    found["numbers"].append((inner, item))
-            elif isinstance(item, str) and NOT_XML.search(item):
-                found["characters"].append((inner, item))
+                    found["numbers"].append(((*path, key), item))
+            elif isinstance(item, str) and not item.isprintable() and NOT_XML.search(item):
+                found["characters"].append(((*path, key), item))
         return before == sum(map(len, found.values()))
 
     visit(tree, ())

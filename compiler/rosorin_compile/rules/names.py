@@ -36,7 +36,7 @@ class Name(NamedTuple):
 
 
 def _names(case: Case) -> Iterator[Name]:
-    for one in case.symbols.definitions():
+    for one in case.definitions:
         if one.path[0] != "edges":
             yield Name(one.name, one.kind, one.path, one.key)
     frames: dict[str, Path] = {}

@@ -2,7 +2,7 @@
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import Any
 
@@ -134,7 +134,7 @@ def diagonal(robot: Robot, without: tuple[str, ...] = ()) -> float:
         for shape in (*robot.link[name].visual, *robot.link[name].collision):
             ball = ball_of(shape)
             bounds = bounds_of([shape]) if ball and max(2 * ball.radius, norm(ball.middle)) <= LARGE else None
-            points += [place.apply((x, y, z)) for x, y, z in product(*zip(*bounds, strict=True))] if bounds else []
+            points += bounds.at(place) if bounds else ()
     size = math.hypot(*(max(values) - min(values) for values in zip(*points, strict=True)))
     return size if math.isfinite(size) else 0.0
 
@@ -190,10 +190,10 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
     if not (robot.is_tree and robot.mimics_resolve and has_axes):  # required to compute poses
         return
     places = robot.poses_in_root({})
-    ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
-    firsts = [*zip(*(points[0] for points in ends.values()), strict=True)] or [(0.0,)]
+    starts = {link.name: start for link in robot.links if (start := next(_points(link, places[link.name]), None))}
+    firsts = [*zip(*starts.values(), strict=True)] or [(0.0,)]
     axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # axis of the largest extent
-    order = sorted((points[0][axis], name) for name, points in ends.items())
+    order = sorted((start[axis], name) for name, start in starts.items())
     fixed = [(joint.parent, joint.child) for joint in robot.joints if joint.is_fixed]
     rigid = pieces([*zip(robot.link, robot.link, strict=True), *fixed])
     group = {name: index for index, names in enumerate(rigid) for name in names}
@@ -213,7 +213,8 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 if group[name] != group[outer.name]
                 and frozenset((group[name], group[outer.name])) not in near
                 and frozenset((name, outer.name)) not in apart
-                and holds(shape.geometry, to_shape, ends[name])
+                and holds(shape.geometry, to_shape, [starts[name]])  # nearly always False
+                and holds(shape.geometry, to_shape, _points(robot.link[name], places[name]))
             ]
             for name in inside if len(inside) < ENVELOPE else ():
                 path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
@@ -224,26 +225,27 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("link-inside-link", message, place, related=related, key=place == path)
 
 
-def _points(link: Link, place: Transform) -> list[Vector]:
-    points: list[Vector] = []
-    for shape in link.collision or link.visual:
+def _points(link: Link, place: Transform) -> Iterator[Vector]:
+    shapes = link.collision or link.visual
+    if not all(isinstance(shape.geometry, (Box, Sphere, Cylinder, Capsule)) for shape in shapes):
+        return
+    for shape in shapes:
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
         if isinstance(geometry, Box):
-            own = [(x, y, z) for x, y, z in product(*zip(geometry.lower, geometry.upper, strict=True))]
+            for x, y, z in product(*zip(geometry.lower, geometry.upper, strict=True)):
+                yield to_root.apply((x, y, z))
         elif isinstance(geometry, Sphere):
-            sizes = [(x, y, z, geometry.radius / math.hypot(x, y, z)) for x, y, z in _SIDES]
-            own = [(x * size, y * size, z * size) for x, y, z, size in sizes]
+            for side in _SIDES:
+                size = geometry.radius / math.hypot(*side)
+                yield to_root.apply((side[0] * size, side[1] * size, side[2] * size))
         elif isinstance(geometry, (Cylinder, Capsule)):
             radius, half = geometry.radius, geometry.length / 2
             half += radius if isinstance(geometry, Capsule) else 0.0
-            own = [(radius * math.cos(a), radius * math.sin(a), z) for a in _TURNS for z in (-half, half)]
-        else:
-            return []
-        points += map(to_root.apply, own)
-    return points
+            for turn, end in product(_TURNS, (-half, half)):
+                yield to_root.apply((radius * math.cos(turn), radius * math.sin(turn), end))
 
 
-def holds(geometry: Geometry, to_shape: Transform, points: Sequence[Vector]) -> bool:
+def holds(geometry: Geometry, to_shape: Transform, points: Iterable[Vector]) -> bool:
     """Return True if ``to_shape`` maps all points into a box, sphere, cylinder or capsule; False for other shapes."""
     for point in points:
         x, y, z = to_shape.apply(point)

@@ -60,6 +60,9 @@ class _Writer:
         self.content, self.names = contents.content_of(robot), contents.joint_names(robot)
         self.world = contents.world_of(robot)
         carrier = self.content.carrier
+        self.carried: dict[str, list[str]] = {}  # links whose shapes a body of the SDF has
+        for link in robot.links:
+            self.carried.setdefault(carrier.get(link.name, ""), []).append(link.name)
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
         self.joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
         others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # SDF lacks ros2_control
@@ -135,9 +138,8 @@ class _Writer:
         mass = [f"        <mass>{self.number(inertial.mass)}</mass>", f"        <inertia>{moments}</inertia>"]
         lines = [pose and f"      {pose}"]
         lines += _element("inertial", [centre and f"        {centre}", *mass], "      ")
-        carried = [link.name for link in self.robot.links if self.content.carrier.get(link.name) == name]
         for purpose, shapes in self.shapes.items():
-            for link in carried:
+            for link in self.carried[name]:
                 for called, solid in shapes.get(link, ()):
                     lines += self._shape(link, called, solid, purpose)
         lines += [*self.sensors.get(name, ()), *_indented(self.kept.links.get(name, ()), "      ")]

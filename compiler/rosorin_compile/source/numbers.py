@@ -100,8 +100,10 @@ def numbers(values: Iterable[float], number: NumberFormat) -> str:
 
 def vector(values: Iterable[float], number: NumberFormat = short) -> str:
     """Format a vector with single spaces between its entries, because urdfdom accepts no other separator."""
-    if number is not short:
-        return numbers(values, number)
-    entries = list(values)
+    return _short_vector(tuple(values)) if number is short else numbers(values, number)
+
+
+@lru_cache(maxsize=20_000)
+def _short_vector(entries: tuple[float, ...]) -> str:
     largest = max(map(abs, entries), default=0.0)
     return numbers((round_to_shortest(value, largest) for value in entries), exact)

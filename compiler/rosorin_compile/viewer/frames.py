@@ -314,6 +314,7 @@ def svg(robot: Robot, trees: Sequence[FrameSituation]) -> str:
         room = letters if why.isascii() else letters // 2
         notes += wrap(f"({number}) nobody: {why}", room, subsequent_indent="    ", break_on_hyphens=False)
     values = {"title": title, "width": width, "bottom": bottom, "panels": panels, "columns": columns, "notes": notes}
+    values["n"] = lambda number: f"{round(number, 1):.10g}"
     values |= {"colours": colours(publishers(rows(robot))), "whys": whys, "right_of": right_of, "cells_of": cells_of}
     return Templates.own("viewer/frames.svg.jinja", values)
 
@@ -340,6 +341,8 @@ def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
 
 def text_width(text: str) -> int:
     """Return the width of a text in columns of a monospace font; East Asian characters take two columns."""
+    if text.isascii():
+        return len(text)
     shown = [letter for letter in text if unicodedata.category(letter) not in ("Mn", "Me", "Cf")]
     return sum(2 if unicodedata.east_asian_width(letter) in ("W", "F") else 1 for letter in shown)
 

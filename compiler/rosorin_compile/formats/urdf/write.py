@@ -249,8 +249,8 @@ class Content:
         axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
         own, kept = joint.dynamics if "dynamics" in self.elements else None, self._kept(joint.urdf_elements)
         dynamics = Dynamics(own.damping, own.friction) if own and (own.damping or own.friction) else None
-        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic, dynamics)
-        return replace(made, safety=joint.safety, calibration=joint.calibration, urdf_elements=kept)
+        made = (joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic, dynamics)
+        return Joint(*made, calibration=joint.calibration, safety=joint.safety, urdf_elements=kept)
 
     def diagnostics(self) -> Iterator[Diagnostic]:
         yield from self.lost

@@ -11,7 +11,7 @@ lowest point; each point gets the height of its highest adjacent cell, so that t
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from functools import reduce
 from itertools import product
 from typing import NamedTuple
@@ -272,12 +272,13 @@ def resting_pose(robot: model.Robot, pose: JointPose, clouds: Clouds = no_clouds
         return pose.base
     if robot.root_in_world.placed:
         return robot.root_in_world.pose
-    bounds, meshes = reach(robot, pose.positions, "collision", IDENTITY, clouds)
+    bounds, meshes = reach(robot, tuple(pose.positions.items()), "collision", IDENTITY, clouds)
     return IDENTITY if bounds is None or meshes else model.Pose((0.0, 0.0, 0.0 - round(bounds.lower[2], 9)))
 
 
+@of_robot
 def reach(
-    robot: model.Robot, positions: Mapping[str, float], purpose: str, at: model.Pose, clouds: Clouds
+    robot: model.Robot, positions: Iterable[tuple[str, float]], purpose: str, at: model.Pose, clouds: Clouds
 ) -> tuple[Bounds | None, int]:
     """Return (bounding box in m, number of meshes of unknown size, which the box omits) of a robot.
 

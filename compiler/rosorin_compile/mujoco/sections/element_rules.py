@@ -79,8 +79,8 @@ def _named(case: Case) -> Iterator[NameUse]:
                 if part.kind in (SENSOR_ELEMENT, BODY_ELEMENT):
                     yield NameUse(SENSOR if part.kind == SENSOR_ELEMENT else part.element, part.name + end, path)
     simulated = [section for section, node in sections().items() if node.topic == "simulation"]
-    for one in (one for section in simulated for one in case.symbols.definitions(section)):
-        if one.kind in _DEFINED:
+    for one in case.definitions:
+        if one.kind in _DEFINED and one.path[0] in simulated:
             yield NameUse(_DEFINED[one.kind], one.name, one.path, key=len(one.path) == 2)
     for pose in robot.poses:
         yield NameUse(KEY, pose.name, ("poses", pose.name))
@@ -122,7 +122,7 @@ def _shapes(case: Case) -> Mapping[str, Path]:
 @rule("unknown-name", help="Correct the name.", topic=SIMULATED)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A key refers to a site, shape, tendon, actuator, camera or another object that does not exist."""
-    if not (references := [one for one in case.symbols.references() if one.among]):
+    if not (references := [one for one in case.references if one.among]):
         return
     names, wrong = _Names(case), dict[tuple[bool, str, str], list[Symbol]]()
     for one in references:

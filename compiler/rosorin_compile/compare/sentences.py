@@ -75,7 +75,9 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
 
 def with_remark(text: str, remark: str) -> str:
     """Append a remark in parentheses to a sentence, or add it to existing parentheses at the end."""
-    return text if not remark else f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"
+    if not remark:
+        return text
+    return f"{text[:-1]}; {remark})" if text.endswith(")") else f"{text} ({remark})"
 
 
 def value_change(about: str, old: Any, new: Any, unit: str = "") -> str:

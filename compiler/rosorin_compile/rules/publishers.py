@@ -334,7 +334,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Transforms of joints and `edges` form a cycle in some combination of modes."""
     steps, count = steps_in_modes(case)[0] if case.robot.is_tree and case.robot.edges else [], 0
-    graph = TopologicalSorter[str]()
+    graph: TopologicalSorter[str] = TopologicalSorter()  # Python 3.10 cannot call TopologicalSorter[str]
     for step in steps:
         graph.add(step.child, step.parent)
     with suppress(CycleError):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from functools import cached_property, lru_cache
+from functools import cached_property
 from hashlib import sha256
 from itertools import combinations
 from pathlib import Path
@@ -270,9 +270,4 @@ def _place(transform: Transform) -> Any:
 def _rounded(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [_rounded(one) for one in value]
-    return _round(float(value)) if isinstance(value, (int, float)) else value
-
-
-@lru_cache(maxsize=20_000)
-def _round(value: float) -> float:
-    return round(value, 9) + 0.0
+    return round(float(value), 9) + 0.0 if isinstance(value, (int, float)) else value

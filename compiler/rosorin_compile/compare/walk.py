@@ -305,9 +305,7 @@ def _elements(texts: Iterable[str], entry: dict[str, Any], word: str = "element"
 
 def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
     """Add the values of a nested object that are not defaults to ``entry``; the keys begin with ``path``."""
-    if isinstance(value, float):
-        entry[path] = float(value)
-    if isinstance(value, float) or value is None or value == () or value == "" or value == {}:
+    if value is None or value == () or value == "" or value == {}:
         return
     if isinstance(value, Mapping):
         for key, inner in value.items():

@@ -14,16 +14,8 @@ from rosorin_compile.source.project import data_folder
 
 from .format import Artifact, Format, ImportFile
 
-__all__ = [
-    "FORMATS",
-    "Artifact",
-    "Format",
-    "Formats",
-    "ImportFile",
-    "plugged_diagnostics",
-    "schema_names",
-    "schema_text",
-]
+__all__ = ["FORMATS", "Artifact", "Format", "Formats", "ImportFile", "plugged_diagnostics"]
+__all__ += ["schema_names", "schema_text"]
 
 # Formats by package. The module of a format defines ``FORMAT`` and is imported on first use.
 _PACKAGES = {

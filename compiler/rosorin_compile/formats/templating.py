@@ -87,8 +87,8 @@ def comment(text: str) -> str:
 
 
 @cache
-def _own(*cache_variables: str | None) -> jinja2.Environment:  # noqa: ARG001 - cached for these variables
-    folder, place = data_folder("templates"), cache_folder("templates")
+def _own(place: Path | None) -> jinja2.Environment:
+    folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
     return jinja2.Environment(loader=loader, bytecode_cache=cached, **_OPTIONS)  # noqa: S701 - XML is escaped
@@ -110,8 +110,7 @@ class Templates:
 
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
-        variables = map(os.environ.get, ("ROSORIN_COMPILE_CACHE", "XDG_CACHE_HOME", "HOME"))
-        return _own(*variables).get_template(name).render(values)
+        return _own(cache_folder("templates")).get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
         return Templates(Path(import_module(name).__path__[0], "templates"), package=name)

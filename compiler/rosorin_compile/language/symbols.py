@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.source.tree import Map, Path, Place, Seq
 from rosorin_compile.source.xml.elements import found_in
@@ -87,6 +87,14 @@ class Symbol:
     among: str = ""
     place: Place | None = None
     owner: str = ""
+
+
+class Contents(NamedTuple):
+    """What a tree contains. ``names`` maps kinds to the names that it defines, including names in MJCF elements."""
+
+    names: Mapping[str, Collection[str]]
+    uses_mount: bool  # something is attached to the frame ``mount``
+    may_hide_names: bool  # there are XML elements, parameters or conditions, which may contain names
 
 
 class SymbolTable:
@@ -208,7 +216,7 @@ class SymbolTable:
                 yield node.spelt, name, path, key
 
     @cached_property
-    def _contents(self) -> tuple[dict[str, set[str]], bool, bool]:
+    def contents(self) -> Contents:
         found: dict[str, set[str]] = defaultdict(set)
         mounted = inside = False
         for node, value, _, _ in self._occurrences((GIVES, INSIDE, "link")):
@@ -229,37 +237,22 @@ class SymbolTable:
         for section in named_as("joint"):
             for name, entry in _entries(self.tree, section):
                 found["joint"].update(name + end for end in ENDS.get(str(entry.get("type")), ()))
-        return dict(found), mounted, inside
-
-    @property
-    def names_by_kind(self) -> Mapping[str, Collection[str]]:
-        """The names that the tree defines, by kind, including names in MJCF elements."""
-        return self._contents[0]
-
-    @property
-    def uses_mount(self) -> bool:
-        """True if anything is attached to the frame ``mount``."""
-        return self._contents[1]
-
-    @property
-    def may_hide_names(self) -> bool:
-        """True if the tree has XML elements, parameters or conditions, which may contain names."""
-        return self._contents[2]
+        return Contents(dict(found), mounted, inside)
 
     def names_of_kinds(self, kinds: Iterable[str]) -> frozenset[str]:
         """Return the names of several kinds, such as "link" and "joint"."""
-        return frozenset().union(*(self.names_by_kind.get(kind, ()) for kind in kinds))
+        return frozenset().union(*(self.contents.names.get(kind, ()) for kind in kinds))
 
     def defines(self, kind: str, name: str) -> bool:
         """Return True if the tree defines a name of a kind, or the MJCF will, such as the shape LINK_collision_1."""
-        if any(name in self.names_by_kind.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
+        if any(name in self.contents.names.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
             return True
         return kind == "shape" and self.makes(name)
 
     def makes(self, name: str) -> bool:
         """Return True if the MJCF will have a shape with this name, such as LINK_visual_1 for the link LINK."""
         found = _DERIVED.fullmatch(name)
-        return found is not None and found[1] in self.names_by_kind.get("link", ())
+        return found is not None and found[1] in self.contents.names.get("link", ())
 
 
 def _entry(path: Path) -> str:

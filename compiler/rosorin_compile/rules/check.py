@@ -43,10 +43,8 @@ _FOLLOWING = {
     "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
     "moveit-not-in-urdf": ("unknown-backend", "unknown-option"),
     "moveit-state": ("unknown-joint",),
-    "moveit-urdf": ("unknown-backend",),
-    "navigation-frames": ("unknown-link", "unknown-publisher"),
-    "navigation-owner": ("unknown-link", "unknown-publisher"),
-    "scene-without-robot": ("unknown-backend",),
+    **dict.fromkeys(("moveit-urdf", "scene-without-robot"), ("unknown-backend",)),
+    **dict.fromkeys(("navigation-frames", "navigation-owner"), ("unknown-link", "unknown-publisher")),
     "unreached-link": ("unknown-link",),
 }
 

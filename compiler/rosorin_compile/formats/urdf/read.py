@@ -151,8 +151,7 @@ class _Reader(XmlReader):
         if version and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
         every = root.iter() if "$" in root.document.source.text else ()
-        elements = (one for one in every if not one.tag.startswith("xacro:"))
-        values = (value for one in elements for value in one.attributes.values())
+        values = (value for one in every if not one.tag.startswith("xacro:") for value in one.attributes.values())
         found = next((value for value in values if "${" in value.value or "$(" in value.value), None)
         if found is not None:
             message, help = f'"{found.raw[:40]}" looks like xacro that was not expanded', "name the file NAME.xacro"

@@ -19,18 +19,11 @@ from rosorin_compile.model import Robot, Sensor
 from rosorin_compile.source.numbers import exact
 
 LIDARS = ("ray", "gpu_ray", "gpu_lidar", "lidar")
+_ALIKE = ("camera", "depth_camera", "imu", "contact", "force_torque", "magnetometer", "altimeter")
 TYPES: Mapping[str, str] = {
-    "camera": "camera",
-    "depth": "depth_camera",
-    "depth_camera": "depth_camera",
-    "rgbd_camera": "depth_camera",
-    "imu": "imu",
-    "gps": "gnss",
-    "navsat": "gnss",
-    "contact": "contact",
-    "force_torque": "force_torque",
-    "magnetometer": "magnetometer",
-    "altimeter": "altimeter",
+    **{name: name for name in _ALIKE},
+    **dict.fromkeys(("depth", "rgbd_camera"), "depth_camera"),
+    **dict.fromkeys(("gps", "navsat"), "gnss"),
 }
 IMAGES = ("camera", "depth_camera")
 LIDAR_TYPES = ("lidar_2d", "lidar_3d", "range_finder")

@@ -281,7 +281,7 @@ def _is_shared(file: Path, read: Iterable[Path]) -> bool:
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """If an entry that ``if`` or ``for`` removed would define missing names, merge the errors about these names."""
     symbols = SymbolTable(tree)
-    existing = {name for kind, some in symbols.names_by_kind.items() if kind != "robot" for name in some}
+    existing = {name for kind, some in symbols.contents.names.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
     missing = {name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message)} - existing
     if not missing:

@@ -115,11 +115,11 @@ class Parts:
         if not inner.evaluate_rest() or not good:
             raise EvaluationFailed
         names = SymbolTable(fragment)
-        if names.uses_mount and entry.get("parent") is None:
+        if names.contents.uses_mount and entry.get("parent") is None:
             help = 'write "parent: FRAME" with the frame that the part is attached to'
             raise scope.fail("missing-key", f'the entry "{name}" of "use" needs the key "parent"', place, help)
         ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
-        if ignored and not names.uses_mount:
+        if ignored and not names.contents.uses_mount:
             help = 'write "parent: mount" in a joint or sensor of the part, or remove the key'
             message = f'the entry "{name}" of "use" has "{ignored[0]}", but the part attaches nothing to "{MOUNT}"'
             span, stack = entry.key_spans[ignored[0]], tuple(scope.via.stack()) if scope.via else ()

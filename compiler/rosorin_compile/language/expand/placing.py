@@ -124,8 +124,8 @@ class _Placer:
         self.names, self.use, self.elements = names, use, elements
         self.mirror = None if use.mirror is None else AXES[use.mirror]
         self.carrying = set[object]()  # frames that carry other frames
-        self.active = {kind for kind, some in names.names_by_kind.items() if some} | {"link", GIVES}
-        self.active |= {INSIDE} if names.may_hide_names else set()
+        self.active = {kind for kind, some in names.contents.names.items() if some} | {"link", GIVES}
+        self.active |= {INSIDE} if names.contents.may_hide_names else set()
         self.active |= {MIRROR} if self.mirror is not None else set()
 
     def value(self, node: Node, value: Any) -> Any:
@@ -166,7 +166,7 @@ class _Placer:
         return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
-        if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.names_by_kind.get("link", ()):
+        if name == MOUNT and kind in ("link", "site") and MOUNT not in self.names.contents.names.get("link", ()):
             return name if self.use.parent is None else self.use.parent
         return self.use.prefix + name if self.names.defines(kind, name) else name
 

@@ -36,8 +36,7 @@ DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
 SDF_DEFAULTS = {
     "sensor": {"always_on": "false", "visualize": "false", "update_rate": "0", "pose": "0 0 0 0 0 0"},
-    "horizontal": {"resolution": "1"},
-    "vertical": {"resolution": "1"},
+    **{key: {"resolution": "1"} for key in ("horizontal", "vertical")},
     "range": {"resolution": "0"},
     "camera": {"horizontal_fov": "1.047"},
     "image": {"width": "320", "height": "240"},

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.model import Robot, Transform
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
@@ -70,6 +70,7 @@ NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
 }
 _ATTRIBUTES = {tag: (*TEXTS.get(tag, ()), *NUMBERS.get(tag, ())) for tag in (*TEXTS, *NUMBERS)}
 
+_PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
@@ -104,12 +105,12 @@ def read(text: str) -> Robot:
 
 
 def plain(robot: Robot) -> Robot:
-    """Remove sources and outputs, which a URDF lacks. Raises ValueError if a joint has an unknown link."""
-    for joint in robot.joints:
-        for end, name in (("parent", joint.parent), ("child", joint.child)):
-            if name not in robot.link:
-                raise ValueError(f'the {end} of the joint "{joint.name}" is not a link: "{name}"')
-    return replace(robot, source=NO_SOURCE, outputs=())
+    """Remove sources and publishers, which a URDF lacks. Raises ValueError if a joint has an unknown link."""
+    for joint, end in ((joint, end) for joint in robot.joints for end in ("parent", "child")):
+        if (name := getattr(joint, end)) not in robot.link:
+            raise ValueError(f'the {end} of the joint "{joint.name}" is not a link: "{name}"')
+    joints = tuple(one if one.publisher == _PUBLISHER else replace(one, publisher=_PUBLISHER) for one in robot.joints)
+    return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
 
 
 class _Reader(XmlReader):

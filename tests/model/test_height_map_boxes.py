@@ -67,7 +67,7 @@ def test_equal_cells_are_one_box_and_a_hole_is_none() -> None:
 
 def test_a_cell_that_would_begin_at_its_top_is_a_well() -> None:
     grid = HeightMap((0.0, 0.0), 1.0, ((0.5, 0.5, 0.9), (0.5, 0.5, 0.5)), 0.1, "", ((0.1, 0.5, 0.9), (0.1, 0.1, 0.6)))
-    assert [grid.is_body(0, j) for j in range(3)] == [True, False, False]
+    assert [height > grid.bottom_of(0, j) for j, height in enumerate(grid.heights[0])] == [True, False, False]
     assert grid.boxes(ROWS) == (Box((0, 0, 0.1), (1, 1, 0.5)), Box((1, 0, 0.1), (2, 2, 0.5)))
     assert len(grid.boxes(GROUNDED)) == 3  # which knows of no bottom
     assert bounds_of([Shape(grid)]) == Bounds((0, 0, 0.1), (2, 3, 0.5))

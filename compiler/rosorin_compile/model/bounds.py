@@ -86,9 +86,9 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
     if isinstance(geometry, HeightMap):
         x, y = geometry.origin
         rows, columns = len(geometry.heights), max(map(len, geometry.heights), default=0)
-        cells = [(i, j) for i, row in enumerate(geometry.heights) for j in range(len(row)) if geometry.is_body(i, j)]
-        top = max((geometry.heights[i][j] for i, j in cells), default=0.0)
-        low = min((geometry.bottom_of(i, j) for i, j in cells), default=0.0) if geometry.bottom else 0.0
+        ends = [(geometry.bottom_of(i, j), z) for i, row in enumerate(geometry.heights) for j, z in enumerate(row)]
+        top = max((high for low, high in ends if high > low), default=0.0)
+        low = min((low for low, high in ends if high > low), default=0.0) if geometry.bottom else 0.0
         return (x, y, low), (x + rows * geometry.cell, y + columns * geometry.cell, top)
     if isinstance(geometry, Ellipsoid):
         a, b, c = map(abs, geometry.radii)

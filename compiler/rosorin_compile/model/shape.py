@@ -94,9 +94,6 @@ class HeightMap:
     def bottom_of(self, i: int, j: int) -> float:
         return self.bottom if isinstance(self.bottom, (int, float)) else self.bottom[i][j]
 
-    def is_body(self, i: int, j: int) -> bool:
-        return self.heights[i][j] > self.bottom_of(i, j)
-
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
         """Return boxes that fill the height map; ``form`` is ROWS, MERGED or GROUNDED."""
         if form not in self._boxes:

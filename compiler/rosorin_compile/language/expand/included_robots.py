@@ -283,7 +283,10 @@ class IncludedRobots:
                     output.put("option", options, span, span)
                 if settings.get("contacts") and is_only and _moving_joints(tree) <= _moving_joints(robot):
                     output.setdefault_at("contacts", settings["contacts"], span)
-                if settings.get("base") == "free" and entry.get("parent") is None:
+                is_free = settings.get("base") == "free"
+                if is_free and entry.get("parent") is not None:
+                    lost.append("a free base, because the file has a parent")
+                elif is_free:
                     output.setdefault_at("base", "free", span)
                     lost += [] if output["base"] == "free" else ["a free base"]
                     if output["base"] == "free" and is_only and "root" in robot:
@@ -293,8 +296,8 @@ class IncludedRobots:
                 message = f"the MJCF does not have these settings of {file}: {first_of(lost, _FEW)}"
                 help = "the output or another included file has different settings; set them in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
-            has_base = entry.get("parent") is None or settings.get("base") != "free"
-            if not (is_only and has_base and _moving_joints(tree) <= _moving_joints(robot)):
+            keeps_base = entry.get("parent") is None or settings.get("base") != "free"
+            if not (is_only and keeps_base and _moving_joints(tree) <= _moving_joints(robot)):
                 self._drop_states(tree, robot, include)
 
     def _drop_states(self, tree: Map, robot: Map, include: IncludedRobot) -> None:

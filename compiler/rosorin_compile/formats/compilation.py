@@ -159,8 +159,8 @@ def understand(
     return check_expanded(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
-def check_expanded(expanded: ExpandedDescription, requested: Sequence[str] = ()) -> LoadedRobot:
-    """Convert an expanded YAML tree to a robot and check both; ``requested`` are formats to add to the outputs."""
+def check_expanded(expanded: ExpandedDescription, requested: Sequence[str], is_valid: bool = False) -> LoadedRobot:
+    """Convert an expanded YAML tree (``is_valid``: validated before) to a robot, with the ``requested`` formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:
@@ -168,7 +168,7 @@ def check_expanded(expanded: ExpandedDescription, requested: Sequence[str] = ())
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
     expanded, scope = expanded._replace(tree=tree), expanded.scope
     Progress.step("validating")
-    invalid = [*unknown_outputs, *validate(tree, FORMATS, scope)]
+    invalid = unknown_outputs if is_valid else [*unknown_outputs, *validate(tree, FORMATS, scope)]
     Progress.step("building the robot")
     lowered = None if has_errors([*diagnostics, *invalid]) else lower(tree, scope)
     diagnostics += [*invalid, *unknown_rules(tree, rules.acceptable())]
@@ -204,7 +204,7 @@ def understand_foreign(path: Path, options: ReadOptions) -> LoadedRobot:
 def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> LoadedRobot:
     """Load a robot in another format, such as MJCF, with the outputs that ``import`` writes, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
-    return check_expanded(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
+    return check_expanded(_with_outputs(read_robot(path, how), [*names, *requested]), requested, is_valid=how.checked)
 
 
 def _with_outputs(imported: ImportedRobot, names: Sequence[str]) -> ExpandedDescription:

@@ -151,7 +151,8 @@ def _words_of_packages() -> frozenset[str]:
 
 @cache
 def _lacking(format: Format) -> frozenset[str]:
-    found = {topic for topic, (key, *_) in ({} if format is YAML else _TOPICS).items() if lacks(format, key)}
+    keys = {} if format is YAML else _TOPICS
+    found = {topic for topic, (key, *_) in keys.items() if lacks(format, key)}
     return frozenset(found | ({ONE_BOX} if has_one_box(format) else set()))
 
 

@@ -34,7 +34,7 @@ class Bounds(NamedTuple):
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
 
     def at(self, place: Transform) -> "Bounds":
-        """Return the bounding box of the box at a pose in another frame."""
+        """Return the bounding box, in another frame, of this box at the pose ``place``."""
         x, y, z = ((high - low) / 2 for low, high in zip(*self, strict=True))
         middle = place.apply(plus(self.lower, (x, y, z)))
         a, b, c = (abs(p) * x + abs(q) * y + abs(r) * z for p, q, r in place.rows)
@@ -136,7 +136,8 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
 
     ``placed`` has each shape with the pose of its link. Meshes are not supported. The relative error is below 0.004 %.
     """
-    u, v = (i, j, k), (m, n, o) = plane_axes(axis)
+    u, v = plane_axes(axis)
+    (i, j, k), (m, n, o) = u, v
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())

@@ -270,7 +270,9 @@ class IncludedRobots:
         for include, robot in self.included if names else ():
             entry, span = include.entry, include.entry.span
             settings = (robot.get("outputs") or {}).get(_MJCF) or {}
-            is_only, lost = len(self.included) == 1, list[str]()
+            is_free, is_attached = settings.get("base") == "free", entry.get("parent") is not None
+            lost = ["a free base, because the file has a parent"] if is_free and is_attached else []
+            is_only = len(self.included) == 1
             tree["outputs"] = outputs = copy(tree["outputs"])
             for name in names:
                 output = outputs[name] = copy(outputs[name])
@@ -283,10 +285,7 @@ class IncludedRobots:
                     output.put("option", options, span, span)
                 if settings.get("contacts") and is_only and _moving_joints(tree) <= _moving_joints(robot):
                     output.setdefault_at("contacts", settings["contacts"], span)
-                is_free = settings.get("base") == "free"
-                if is_free and entry.get("parent") is not None:
-                    lost.append("a free base, because the file has a parent")
-                elif is_free:
+                if is_free and not is_attached:
                     output.setdefault_at("base", "free", span)
                     lost += [] if output["base"] == "free" else ["a free base"]
                     if output["base"] == "free" and is_only and "root" in robot:
@@ -296,8 +295,7 @@ class IncludedRobots:
                 message = f"the MJCF does not have these settings of {file}: {first_of(lost, _FEW)}"
                 help = "the output or another included file has different settings; set them in the output"
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
-            keeps_base = entry.get("parent") is None or settings.get("base") != "free"
-            if not (is_only and keeps_base and _moving_joints(tree) <= _moving_joints(robot)):
+            if not (is_only and not (is_free and is_attached) and _moving_joints(tree) <= _moving_joints(robot)):
                 self._drop_states(tree, robot, include)
 
     def _drop_states(self, tree: Map, robot: Map, include: IncludedRobot) -> None:

@@ -160,7 +160,7 @@ def understand(
 
 
 def check_expanded(expanded: ExpandedDescription, requested: Sequence[str], is_valid: bool = False) -> LoadedRobot:
-    """Convert an expanded YAML tree (``is_valid``: validated before) to a robot, with the ``requested`` formats."""
+    """Check an expanded YAML tree and convert it to a robot; ``requested`` are formats to add to the outputs."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks()[1]]
     if expanded.tree is None:

@@ -176,7 +176,7 @@ def import_robot(
             imported, files, lines = read, translation.files, []
     has_servos = "drive" not in tree and "drives" in trip.outputs.entries.get(_MJCF, {})
     if has_servos and "continuous" in [joint["type"] for joint in tree["joints"].values()]:
-        lines.append("the MJCF holds the base in place, as of an arm; with base: free in its output, wheels drive it")
+        lines.append("the base is fixed in the MJCF; if the wheels move the robot, set base: free in the MJCF output")
     report = [*_report(folder, imported, trip, files), *lines, *translated]
     if record is None:
         merged = MergeResult({**files, **record_of(files, words)})

@@ -296,7 +296,7 @@ class Content:
 
 @of_robot
 def content_of(robot: Robot, output: Output) -> Content:
-    """Return the contents of a URDF; they are needed to write it and to prove it."""
+    """Return the contents of a URDF, computed once for writing it and for checking the result."""
     return Content(robot, output)
 
 

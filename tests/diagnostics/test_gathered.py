@@ -14,14 +14,17 @@ from rosorin_compile.ros.parameter_files import nodes_of
 from rosorin_compile.source.load import json_of, python_of, yaml_of
 
 
-def test_a_description_with_20_000_unknown_keys_is_reported_within_5_s(tmp_path: Path):
-    keys = "".join(f"k{number}: 1\n" for number in range(20_000))
-    (tmp_path / "robot.yaml").write_text(f"robot: r\nlinks: {{base: {{}}}}\n{keys}", "utf-8")
-    begin = time.process_time()
-    found = Request.from_arguments(tmp_path / "robot.yaml").compile().diagnostics
-    assert time.process_time() - begin < 5
-    assert len(found) == 20_000
-    assert [bool(one.help) for one in found] == [True] * 200 + [False] * 19_800
+def test_a_description_with_20_000_unknown_keys_is_reported(tmp_path: Path):
+    """In time that grows with their number: ten times as many take about ten times as long, and far less than 100."""
+    file, seconds = tmp_path / "robot.yaml", {}
+    for number in (2_000, 20_000):
+        keys = "".join(f"k{key}: 1\n" for key in range(number))
+        file.write_text(f"robot: r\nlinks: {{base: {{}}}}\n{keys}", "utf-8")
+        begin = time.process_time()
+        found = Request.from_arguments(file).compile().diagnostics
+        seconds[number] = time.process_time() - begin
+        assert [bool(one.help) for one in found] == [True] * 200 + [False] * (number - 200)
+    assert seconds[20_000] < 40 * seconds[2_000]
 
 
 # Texts that are nested too deep: each parser says so, with the place, before anything can run out of stack.

@@ -12,6 +12,8 @@ def program() -> int:
         return run()
     except KeyboardInterrupt:
         return 130
+    finally:
+        gc.freeze()  # otherwise, Python collects garbage at the end of the process
 
 
 if __name__ == "__main__":

@@ -133,3 +133,14 @@ outputs: {sdf: {file: r.sdf, gazebo: classic}}
 def test_a_loop_that_gazebo_closes_is_a_second_joint(tmp_path: Path):
     _, artifacts, _ = sound(compiled_text(tmp_path, LOOP))
     assert '<joint name="pin" type="ball">' in artifacts["sdf"]
+
+
+def test_a_kept_contact_sensor_that_names_no_shape_of_its_link_is_told(tmp_path: Path):
+    sensor = '<sensor name="bumper" type="contact"><contact><collision>{}</collision></contact></sensor>'
+    for felt, times in (("front", 0), ("base_fixed_joint_lump__front_collision", 1)):
+        text = f"""robot: r
+links:
+  base: {{collision: [{{name: front, box: {{size: [1, 1, 1]}}}}], urdf_elements: ['<sdf>{sensor.format(felt)}</sdf>']}}
+outputs: {{sdf: {{file: r.sdf}}}}"""
+        told = [one.message for one in compiled_text(tmp_path, text).diagnostics if one.rule == "gazebo-cannot-see"]
+        assert [("bumper" in message, felt in message) for message in told] == [(True, True)] * times

@@ -246,6 +246,7 @@ def compile_robot(
                 understood = understood._replace(lowered=lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
                 understood.expanded.scope.expansion.forget()
+                understood = understood._replace(expanded=understood.expanded._replace(scope=None, symbols=None))
             compiled = emit(understood, path, search, requested)
         except OSError as problem:
             if problem.filename is None:

@@ -70,9 +70,10 @@ class Expansion:
         self._bodies: dict[int, Any] = {}
 
     def forget(self) -> None:
-        """Release the scopes, which refer to the tree, so that the tree can be freed."""
+        """Release the scopes, so that the files as written can be freed before the artifacts are generated."""
         self.scopes.clear()
         self.disabled.clear()
+        self.root.values.clear()  # its functions load() and find() refer to all files
         self.root = None
 
     @property

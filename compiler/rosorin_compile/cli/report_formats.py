@@ -40,7 +40,7 @@ def _in_workspace(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
         return span and span._replace(source=span.source._replace(path=from_workspace(span.source.path)))
 
     return [
-        replace(d, span=moved(d.span), related=tuple(replace(r, span=moved(r.span)) for r in d.related))
+        replace(d, span=moved(d.span), related=tuple(r._replace(span=moved(r.span)) for r in d.related))
         for d in add_suggestions(diagnostics)
     ]
 

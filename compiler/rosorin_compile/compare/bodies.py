@@ -422,7 +422,7 @@ class _Frames:
                     worst, at, frame = distance, position, name
         text = f"{item.text}: {frame} off by up to {far(worst, angle)} at {joint.name} = {number(at)}"
         text += f", only when {joint.name} is away from 0"
-        return replace(item, text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
+        return item._replace(text=text, distance=worst, angle=angle, when="away from 0", at={joint.name: at})
 
     def _moved(
         self, kind: str, name: str, way: tuple[str, str], other: tuple[str, str], others: Sequence[str] = ()

@@ -5,7 +5,7 @@ It is printed as text, or as JSON that conforms to ``schemas/robot_diff.schema.j
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,8 +40,7 @@ KINDS = (FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER)
 Scalar = float | str | None
 
 
-@dataclass(frozen=True)
-class Item:
+class Item(NamedTuple):
     """A difference between robots A and B, as a sentence and as values in SI units."""
 
     kind: str
@@ -54,7 +53,7 @@ class Item:
     distance: float | None = None  # how far a frame or a shape moved (m)
     angle: float | None = None  # by which angle it turned (rad)
     when: str = ""  # joint positions at which the robots differ: "always" or "away from 0"
-    at: Mapping[str, float] = field(default_factory=dict)  # {joint: position} (rad or m) of the largest difference
+    at: Mapping[str, float] = {}  # {joint: position} (rad or m) of the largest difference
 
 
 class Report(NamedTuple):

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,8 +27,7 @@ BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
 _LARGEST = 10**18  # larger integers become floats
 
 
-@dataclass(frozen=True)
-class Comment:
+class Comment(NamedTuple):
     """A comment in an imported XML file, and its place in the description."""
 
     text: str
@@ -89,19 +87,18 @@ def file_name(name: str) -> str:
     return made if made and isinstance(plain_scalar(made), str) else f"robot_{made}".strip("_")
 
 
-@dataclass(frozen=True)
-class ReadOptions:
+class ReadOptions(NamedTuple):
     """Options for importing a file."""
 
-    arguments: Mapping[str, str] = field(default_factory=dict)  # arguments for a xacro file
-    packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages to search first, by name
+    arguments: Mapping[str, str] = {}  # arguments for a xacro file
+    packages: Mapping[str, Path] = {}  # folders of ROS packages to search first, by name
     lenient: bool = False  # accept a file that violates its specification if a robot can be read
     environment: Mapping[str, str] | None = None  # environment variables; default: those of this process
     tell: Callable[[Diagnostic], None] | None = None  # receives warnings before code is run
     checked: bool = True  # check the rules
     trust: bool = False  # allow the file to run code
     call: Map | None = None  # entry of ``include`` that calls a xacro macro ("macro", "with", "parent")
-    spans: Mapping[str, Span] = field(default_factory=dict)  # source positions of arguments in a description
+    spans: Mapping[str, Span] = {}  # source positions of arguments in a description
 
 
 def convert_result(made: object, opened: ImportFile) -> ImportedRobot:

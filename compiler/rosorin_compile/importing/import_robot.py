@@ -126,7 +126,7 @@ def import_robot(
     others = {format: Path(file) for format, file in (companions or {}).items()}
     package = _check_options(source, others, into, output, force, name, meshes)
     if package is not None:
-        reading = replace(reading, packages={package.name: package.folder, **reading.packages})
+        reading = reading._replace(packages={package.name: package.folder, **reading.packages})
     # Record the arguments that affect the result, because a repeated import must use the same arguments.
     options = {"name": name, "meshes": meshes, "drives": drives}
     flags = {"--no-parts": not parts, "--verbatim": verbatim, "--flat": flat}

@@ -9,7 +9,6 @@ about unknown, unused and similar names, ``explain``, suggestions and completion
 import re
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -70,8 +69,7 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
             yield from _walk(node.items, item, (*path, index), wanted, rules)
 
 
-@dataclass(frozen=True)
-class Symbol:
+class Symbol(NamedTuple):
     """A definition of a name, or a reference to a name; ``key`` is True if the name is a key, not a value.
 
     ``what`` describes a reference for messages. ``among`` is "simulation" or "description" if the name is looked up

@@ -9,7 +9,7 @@ import json
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import yaml
@@ -55,13 +55,12 @@ class Parameter(NamedTuple):
         return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """The parameters (by dotted name) of all nodes whose full name matches ``name``; "*" and "**" are wildcards."""
 
     name: str
     span: Span
-    parameters: dict[str, Parameter] = field(default_factory=dict)
+    parameters: dict[str, Parameter]
 
     @property
     def of_any(self) -> bool:
@@ -144,7 +143,7 @@ class _Reader:
                 help = "letters, digits and _ alone, a digit not first"
                 help = help if wrong[0] else "write / between two names, and at most one before the first"
                 raise NoParameters(error("parameters-syntax", what, named, help))
-            section = self.sections.setdefault(above, Section(above, named))
+            section = self.sections.setdefault(above, Section(above, named, {}))
             self.parameters(section, "", value)
             is_node, has_parameters = True, has_parameters or bool(section.parameters)
         return has_parameters

@@ -44,8 +44,7 @@ class Span(NamedTuple):
     length: int = 1
 
 
-@dataclass(frozen=True)
-class Related:
+class Related(NamedTuple):
     """A further position that helps to understand a diagnostic, with a message such as "first defined here"."""
 
     message: str

@@ -40,8 +40,7 @@ _COLUMNS = ("publisher", "topic", "joint", "when")  # columns to the right of th
 _MARGIN, _COLUMN_GAP, _INDENT, _ROW, _LEGEND = 22.0, 30.0, 32.0, 27.0, 520.0  # pixels, as in the template
 
 
-@dataclass(frozen=True)
-class FrameEdge:
+class FrameEdge(NamedTuple):
     """A transform ``parent`` -> ``child`` in a tree of frames, and the ROS node that publishes the transform.
 
     ``why`` is the reason if ``publisher`` is None; ``when`` is a condition on modes. Values that do not apply are None.

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence, Set
 from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -228,7 +227,7 @@ class _Conversion:
         for comment in self.imported.comments:
             section, *place = comment.path[:2] or ("",)
             moved = paths.get(int(place[0])) if section == ELEMENTS and place else None
-            comments.append(comment if moved is None else replace(comment, path=moved))
+            comments.append(comment if moved is None else comment._replace(path=moved))
         return left, [*comments, *inner]
 
 

@@ -4,7 +4,7 @@ Only numbers and names are extracted; no mesh and no text of the package is copi
 """
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -91,7 +91,7 @@ def extract_factory(
         grid = GridOptions(cell, origin, cells, size, below, map_digits, step)
         path = _find_robot_file(folder, robot)
         name = PackageFinder.name_of(folder) or files.resolve(folder).name
-        source = RobotSource(str(path), replace(reading, packages={name: folder, **reading.packages}), diagnostics)
+        source = RobotSource(str(path), reading._replace(packages={name: folder, **reading.packages}), diagnostics)
         for link in filter(None, (height_map_link, frame)):
             source.link(link)
         boxes: dict[str, Any] = {}

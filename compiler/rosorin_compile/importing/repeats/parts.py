@@ -7,7 +7,7 @@ Links in a part have short names. Each instance (entry of ``use``) adds a prefix
 import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, ImportedRobot
@@ -210,12 +210,12 @@ class _Body:
                 moved.append(comment)
                 continue
             path, use, is_first, is_top = home
-            inner = replace(comment, path=(*path, *comment.path[depth + 2 :]))
+            inner = comment._replace(path=(*path, *comment.path[depth + 2 :]))
             is_about_top = is_top and len(comment.path) == depth + 2 and comment.where != INSIDE
             if is_first and not is_about_top:
                 moved.append(inner)
             elif not any(one.text == inner.text and one.path == inner.path for one in moved):
-                moved.append(replace(comment, path=use, where=BEFORE))
+                moved.append(comment._replace(path=use, where=BEFORE))
         self.result.comments = moved
 
 

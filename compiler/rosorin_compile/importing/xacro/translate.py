@@ -156,9 +156,9 @@ class _Search:
             if row not in self.robots and (number < 2 or not self.is_late()):
                 arguments = {name: text for name, text in row if name not in variables}
                 arguments = {**self.options.arguments, **arguments}
-                options = replace(self.options, trust=True, tell=None, arguments=arguments)
+                options = self.options._replace(trust=True, tell=None, arguments=arguments)
                 if changed := {name: text for name, text in row if name in variables}:
-                    options = replace(options, environment={**(options.environment or os.environ), **changed})
+                    options = options._replace(environment={**(options.environment or os.environ), **changed})
                 read = read_robot(self.path, options)
                 if self.target.meshes is not None and read.tree is not None:
                     read = read._replace(tree=move_files(read.tree, self.target.meshes))

@@ -236,7 +236,7 @@ def as_json(difference: Difference) -> dict[str, Any]:
     found |= {name: getattr(difference, name) for name in ("same", "tolerance", "notes", "not_compared")}
     items = []
     for item in difference.items:
-        fields = {"a": item.before, "b": item.after, **vars(item)}
+        fields = {"a": item.before, "b": item.after, **item._asdict()}
         left_out = ("before", "after", *(name for name in _OPTIONAL if fields[name] in (None, "", {})))
         items.append({name: value for name, value in fields.items() if name not in left_out})
     return {**found, "differences": items, "summary": difference.summary()}

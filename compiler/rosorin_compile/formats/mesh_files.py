@@ -121,7 +121,8 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
     if not (opening or naming or embeds):
         return SearchResult()
     named = named_files(tree, MESH)
-    for texture in named_files(tree, TEXTURE) if opening else ():  # formats that do not open textures do not need them
+    textures = named_files(tree, TEXTURE) if opening or embeds else []
+    for texture in textures if opening else ():  # formats that do not open textures do not need them
         is_named = naming and is_relative(urdf_file_name(texture.name))
         named += [texture] if is_named or any(opened_by(output, texture.name) for output in opening) else []
     elements: dict[str, dict[Span, None]] = {}  # files in verbatim MJCF elements
@@ -132,7 +133,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
                 elements.setdefault(name, {})[span] = None
     named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
     searched = _Search(places, outputs, tree).run(named)
-    return searched._replace(by_name={**(places.meshes(tree, kind=TEXTURE) if embeds else {}), **searched.by_name})
+    return searched._replace(by_name={**_Search(places, (), tree).run(textures if embeds else []).by_name, **searched.by_name})
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:

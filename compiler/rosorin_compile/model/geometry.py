@@ -18,6 +18,7 @@ Quaternion = tuple[float, float, float, float]
 
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
+_UNTURNED: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-0.0, 0.0, 1.0))
 _ROUNDING = 4e-15  # tolerance for a sine or cosine; a product of three rotations has an error of about 1e-15
 _STEEP = 1e-2  # cosine of the pitch, below which (near +-90 degrees) the usual formula for yaw loses digits
 
@@ -67,6 +68,8 @@ def _snap(value: float) -> float:
 @lru_cache(maxsize=20_000)
 def rotation_of_rpy(rpy: Vector) -> Rows:
     """Return the 3x3 rotation matrix, as rows, of fixed-axis roll, pitch, yaw in radians."""
+    if not any(rpy):  # most poses have no rotation
+        return _UNTURNED
     (sr, cr), (sp, cp), (sy, cy) = ((_snap(math.sin(angle)), _snap(math.cos(angle))) for angle in rpy)
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
@@ -178,7 +181,9 @@ class Transform:
 
     def apply(self, point: Vector) -> Vector:
         """Convert a point (m) from the child frame to the parent frame."""
-        return plus(self.rotate(point), self.xyz)
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
+        (x, y, z), (j, k, m) = point, self.xyz
+        return (a * x + b * y + c * z + j, d * x + e * y + f * z + k, g * x + h * y + i * z + m)
 
     def rotate(self, vector: Vector) -> Vector:
         """Convert a direction from the child frame to the parent frame."""

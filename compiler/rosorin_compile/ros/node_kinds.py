@@ -152,7 +152,7 @@ def _kind(name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages
     known, made = known if known in entry.get("only", DISTRIBUTIONS) else "", {}
     for key, of in {**keys, **entry["keys"]}.items():
         values = {**of, **of.get(HUMBLE, {})} if known == HUMBLE else of
-        fields = {field: values[field] for field in Key._fields if values.get(field) is not None}
+        fields = {field: value for field, value in values.items() if field in Key._fields and value is not None}
         if fields["type"] == "double" and isinstance(fields.get("default"), str):
             fields["default"] = float(fields["default"])  # JSON has no NaN, so the table has a string
         made[key] = Key(key, **fields)

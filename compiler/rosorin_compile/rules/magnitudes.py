@@ -44,33 +44,34 @@ def collect(tree: Map) -> Remarkable:
     limits), "degrees" (angles in degrees with decimals), "characters" (strings and keys with characters that XML does
     not allow), and "stand_ins" (mappings whose ``source`` marks them as stand-ins).
     """
-    found: Remarkable = {key: [] for key in ("numbers", "degrees", "characters", "stand_ins")}
+    found: list[tuple[str, Path, Any]] = []
     plain: set[int] = set()
 
     def visit(node: Map | Seq, path: Path) -> bool:
-        before = sum(map(len, found.values()))
+        before = len(found)
         source = node.get("source") if isinstance(node, Map) else None
         if isinstance(node, Map) and isinstance(source, Map) and source.get("status") == "stand_in":
-            found["stand_ins"].append((path, node))
+            found.append(("stand_ins", path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
             kind = type(item)
             if isinstance(key, str) and not key.isprintable() and NOT_XML.search(key):
-                found["characters"].append(((*path, key), key))
-            if isinstance(item, (Map, Seq)):
-                if id(item) not in plain and visit(item, (*path, key)):
-                    plain.add(id(item))
-            elif kind in NUMERIC:
-                is_strength = key in ("effort", "velocity") and path[:1] == ("joints",) and path[2:] == ("limit",)
+                found.append(("characters", (*path, key), key))
+            if kind in NUMERIC:
                 if kind is Quantity and item.dimension == ANGLE and "." in item.text:
-                    found["degrees"].append(((*path, key), item))
-                elif not (-FULL_TURN <= item <= FULL_TURN or is_strength or has_unit(item)):
-                    found["numbers"].append(((*path, key), item))
-            elif isinstance(item, str) and not item.isprintable() and NOT_XML.search(item):
-                found["characters"].append(((*path, key), item))
-        return before == sum(map(len, found.values()))
+                    found.append(("degrees", (*path, key), item))
+                elif not (-FULL_TURN <= item <= FULL_TURN or has_unit(item)):
+                    if key not in ("effort", "velocity") or path[:1] != ("joints",) or path[2:] != ("limit",):
+                        found.append(("numbers", (*path, key), item))
+            elif isinstance(item, str):
+                if not item.isprintable() and NOT_XML.search(item):
+                    found.append(("characters", (*path, key), item))
+            elif isinstance(item, (Map, Seq)) and id(item) not in plain and visit(item, (*path, key)):
+                plain.add(id(item))
+        return before == len(found)
 
     visit(tree, ())
-    return found
+    reasons = ("numbers", "degrees", "characters", "stand_ins")
+    return {reason: [(path, value) for of, path, value in found if of == reason] for reason in reasons}
 
 
 _BOTH = "link or joint"

@@ -161,12 +161,16 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
     colliding: set[str] = set()
 
     def visit(node: Map | Seq, collides: bool = False) -> None:
-        if isinstance(node, Map):
-            entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
-            if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
-                found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-                colliding.update([entry[key]] if collides else ())
-        for name, value in node.items() if isinstance(node, Map) else enumerate(node):
+        if isinstance(node, Seq):
+            for value in node:
+                if isinstance(value, (Map, Seq)):
+                    visit(value, collides)
+            return
+        entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
+        if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
+            found.setdefault(entry[key], {})[entry.value_spans[key]] = None
+            colliding.update([entry[key]] if collides else ())
+        for name, value in node.items():
             if isinstance(value, (Map, Seq)) and name != "mjcf":  # skip raw MJCF values
                 visit(value, collides or name == "collision")
 

@@ -87,8 +87,8 @@ def comment(text: str) -> str:
 
 
 @cache
-def _own(place: Path | None) -> jinja2.Environment:
-    folder = data_folder("templates")
+def _own() -> jinja2.Environment:
+    folder, place = data_folder("templates"), cache_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
     return jinja2.Environment(loader=loader, bytecode_cache=cached, **_OPTIONS)  # noqa: S701 - XML is escaped
@@ -110,7 +110,7 @@ class Templates:
 
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
-        return _own(cache_folder("templates")).get_template(name).render(values)
+        return _own().get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
         return Templates(Path(import_module(name).__path__[0], "templates"), package=name)

@@ -65,6 +65,12 @@ def _pattern(name: str) -> re.Pattern[str]:
     return re.compile("".join(pieces))
 
 
+@cache
+def _fixed_ends(name: str) -> tuple[str, str]:
+    start, *_, end = _VARIABLE.split(name)
+    return start, end
+
+
 class Kind(NamedTuple):
     """A kind of node, such as amcl, or a type of controller; ``keys`` are its parameters by name.
 
@@ -87,8 +93,11 @@ class Kind(NamedTuple):
 
     def key(self, name: str) -> Key | None:
         """Return the parameter with this name or with a pattern that matches the name, or None if there is none."""
-        many = (key for key in self.keys.values() if key.many and name.startswith(_VARIABLE.split(key.name, 1)[0]))
-        return self.keys.get(name) or next((key for key in many if _pattern(key.name).fullmatch(name)), None)
+        if name in self.keys:
+            return self.keys[name]
+        many = ((key, *_fixed_ends(key.name)) for key in self.keys.values() if key.many)
+        likely = (key for key, start, end in many if name.startswith(start) and name.endswith(end))
+        return next((key for key in likely if _pattern(key.name).fullmatch(name)), None)
 
     def __contains__(self, name: object) -> bool:
         key = self.key(str(name))

@@ -133,7 +133,9 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
                 elements.setdefault(name, {})[span] = None
     named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
     searched = _Search(places, outputs, tree).run(named)
-    return searched._replace(by_name={**_Search(places, (), tree).run(textures if embeds else []).by_name, **searched.by_name})
+    return searched._replace(
+        by_name={**_Search(places, (), tree).run(textures if embeds else []).by_name, **searched.by_name}
+    )
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
@@ -150,7 +152,7 @@ def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) 
         remark = ("mesh-not-read", "not copied", "check the permissions", WARNING)
         diagnostics.append(files_diagnostic(*remark, unreadable))
     searched = searched._replace(files=contents, diagnostics=diagnostics)
-    for copy in dict.fromkeys(RECORDS[output.backend].copies for output in outputs):
+    for copy in dict.fromkeys(RECORDS[output.backend].copies for output in outputs) if searched.found else ():
         searched = copy(searched, folder) if copy is not None else searched
     return searched
 

@@ -132,10 +132,8 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
             for name in files_in(text) if isinstance(text, str) else ():
                 elements.setdefault(name, {})[span] = None
     named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
-    searched = _Search(places, outputs, tree).run(named)
-    return searched._replace(
-        by_name={**_Search(places, (), tree).run(textures if embeds else []).by_name, **searched.by_name}
-    )
+    searched, textures = _Search(places, outputs, tree).run(named), textures if embeds else []
+    return searched._replace(by_name={**_Search(places, (), tree).run(textures).by_name, **searched.by_name})
 
 
 def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) -> SearchResult:
@@ -163,16 +161,12 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
     colliding: set[str] = set()
 
     def visit(node: Map | Seq, collides: bool = False) -> None:
-        if isinstance(node, Seq):
-            for value in node:
-                if isinstance(value, (Map, Seq)):
-                    visit(value, collides)
-            return
-        entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
-        if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
-            found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-            colliding.update([entry[key]] if collides else ())
-        for name, value in node.items():
+        if isinstance(node, Map):
+            entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
+            if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
+                found.setdefault(entry[key], {})[entry.value_spans[key]] = None
+                colliding.update([entry[key]] if collides else ())
+        for name, value in node.items() if isinstance(node, Map) else enumerate(node):
             if isinstance(value, (Map, Seq)) and name != "mjcf":  # skip raw MJCF values
                 visit(value, collides or name == "collision")
 

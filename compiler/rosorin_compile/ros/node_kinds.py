@@ -30,6 +30,7 @@ _TYPES: Mapping[str, Any] = {"bool": bool, "int": int, "double": float, "string"
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
 _VARIABLE = re.compile(r"(__map_\w+|<[a-z]+>)")
+_pieces = cache(_VARIABLE.split)
 
 
 class Key(NamedTuple):
@@ -60,15 +61,9 @@ class Key(NamedTuple):
 
 @cache
 def _pattern(name: str) -> re.Pattern[str]:
-    pieces = [re.escape(piece) for piece in _VARIABLE.split(name)]
+    pieces = [re.escape(piece) for piece in _pieces(name)]
     pieces[1::2] = [r"(\d+)" if piece == re.escape("<n>") else r"([^.]+)" for piece in pieces[1::2]]
     return re.compile("".join(pieces))
-
-
-@cache
-def _fixed_ends(name: str) -> tuple[str, str]:
-    start, *_, end = _VARIABLE.split(name)
-    return start, end
 
 
 class Kind(NamedTuple):
@@ -93,11 +88,9 @@ class Kind(NamedTuple):
 
     def key(self, name: str) -> Key | None:
         """Return the parameter with this name or with a pattern that matches the name, or None if there is none."""
-        if name in self.keys:
-            return self.keys[name]
-        many = ((key, *_fixed_ends(key.name)) for key in self.keys.values() if key.many)
-        likely = (key for key, start, end in many if name.startswith(start) and name.endswith(end))
-        return next((key for key in likely if _pattern(key.name).fullmatch(name)), None)
+        many = ((key, _pieces(key.name)) for key in self.keys.values() if key.many)
+        likely = (key for key, pieces in many if name.startswith(pieces[0]) and name.endswith(pieces[-1]))
+        return self.keys.get(name) or next((key for key in likely if _pattern(key.name).fullmatch(name)), None)
 
     def __contains__(self, name: object) -> bool:
         key = self.key(str(name))

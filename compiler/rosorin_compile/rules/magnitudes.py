@@ -31,6 +31,7 @@ NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 _OF_POSITIONS = ("position", "intvelocity", "pid")
 _DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
 STAND_INS_SHOWN = 8
+_LIMITS = (("joints", "limit", "effort"), ("joints", "limit", "velocity"))  # paths without the name of the joint
 
 
 # Suspicious values as (path, value) by reason (see ``collect``), in the order of the tree.
@@ -59,9 +60,8 @@ def collect(tree: Map) -> Remarkable:
             if kind in NUMERIC:
                 if kind is Quantity and item.dimension == ANGLE and "." in item.text:
                     found.append(("degrees", (*path, key), item))
-                elif not (-FULL_TURN <= item <= FULL_TURN or has_unit(item)):
-                    if key not in ("effort", "velocity") or path[:1] != ("joints",) or path[2:] != ("limit",):
-                        found.append(("numbers", (*path, key), item))
+                elif not (-FULL_TURN <= item <= FULL_TURN or has_unit(item) or (*path[:1], *path[2:], key) in _LIMITS):
+                    found.append(("numbers", (*path, key), item))
             elif isinstance(item, str):
                 if not item.isprintable() and NOT_XML.search(item):
                     found.append(("characters", (*path, key), item))

@@ -149,7 +149,7 @@ class OutputEntry(NamedTuple):
     remark: str = ""
 
 
-@dataclass(kw_only=True, repr=False, eq=False)  # generated methods would slow down every start
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # generated methods would slow down every start
 class Format:
     """A file format that is written, read, or both. Most fields are optional.
 

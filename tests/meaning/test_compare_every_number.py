@@ -46,8 +46,11 @@ WHEELS = {
     "wheelbase": (SIMULATED, ["link moved .* in base_link: origin x "]),
     "track": (SIMULATED, ["link moved .* in base_link: origin y "]),
     "z": (SIMULATED, ["link moved .* in base_link: origin z "]),
-    "radius": (SIMULATED, ["link inertia ", "link collision: cylinder radius ", r"roller_\d moved ", r"roller_\d "]),
-    "width": (SIMULATED, ["link inertia ", "link collision: cylinder length "]),
+    "radius": (
+        SIMULATED,
+        ["link inertia ", "link (collision|visual): cylinder radius ", r"roller_\d moved ", r"roller_\d "],
+    ),
+    "width": (SIMULATED, ["link inertia ", "link (collision|visual): cylinder length "]),
     "mass": (SIMULATED, ["link mass ", "link inertia ", r"roller_\d mass ", r"roller_\d inertia "]),
     "damping": (SIMULATED, ["joint damping "]),
     "armature": ({"mjcf"}, ["joint armature "]),
@@ -162,11 +165,12 @@ def carried(leaf: Leaf, value: float) -> Carried:
         return Carried({"mjcf", "frames"}, [f"pose tuck: {rest[-1]} "])
     if section == "servos":
         poses = [f"pose tuck: joint{n} " for n in range(1, 6)]
-        zero = Carried({"mjcf", "robot_model", "frames"}, ["pulse_to_rad zero 500 -> 501", *poses])
+        zero = Carried({"mjcf", "robot_model", "frames"}, ["servo pulse_to_rad zero pulse 500 -> 501", *poses])
         return zero if rest == ["zero_pulse"] else Carried(set(), [])
     if "inertial" in leaf.path:
         names = {"mass": "mass ", "xyz": f"centre of mass moved .*: {axis} "}
-        return Carried(SIMULATED, [f"{name} {names.get(str(rest[1]), f'inertia {rest[-1]} ')}"])
+        lines = [f"{name} {names.get(str(rest[1]), f'inertia {rest[-1]} ')}"]
+        return Carried(SIMULATED, lines, many=rest[-1] == "ixz")  # 2.5e-12: the formats may round it differently
     if "height_map" in leaf.path:
         return carried_by_height_map(leaf, value)
     return Carried(SOLID, [f"{name} collision: box {rest[-2]} {axis} "])
@@ -213,10 +217,10 @@ def carried_by_height_map(leaf: Leaf, value: float) -> Carried:
     quantity = leaf.path[5]
     if quantity == "step":
         # Boxes that reach down to the floor hang at another link than those that do not.
-        return Carried({"urdf"} | SIMULATED, ["base_footprint collision: ", "base_link collision: "])
+        return Carried({"urdf"} | SIMULATED, ["base_footprint collision: .* the shapes of base_link"])
     if quantity != "heights":
-        axis = f" {'xy'[int(leaf.path[6])]}" if quantity == "origin" else ""
-        return Carried(SOLID, [f"base_footprint height map {quantity}{axis} "])
+        also = ["base_footprint height map step "] if quantity == "cell" else []  # the default of the step is the cell
+        return Carried(SOLID, [f"base_footprint height map {quantity} ", *also])
     # Boxes are rounded up to whole centimetres.
     before, after = (math.ceil(round(height * 100, 6)) for height in (leaf.value, value))
     row, column = leaf.path[-2:]

@@ -154,7 +154,7 @@ def test_no_rule_crashes(description):
         line = diagnostic.span.source.line(diagnostic.span.line)
         assert 0 < diagnostic.span.column <= len(line) + 1, diagnostic
         assert all(related.span is not None for related in diagnostic.related), diagnostic
-        assert diagnostic.help or diagnostic.severity == NOTE, diagnostic
+        assert diagnostic.with_help().help or diagnostic.severity == NOTE, diagnostic
 
 
 TURNING = some(

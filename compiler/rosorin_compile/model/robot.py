@@ -257,6 +257,12 @@ class Robot:
             resolved |= {joint.name for joint in followers if joint.mimic and joint.mimic.joint in resolved}
         return resolved == self.joint.keys()
 
+    @property
+    def has_poses(self) -> bool:
+        """Whether the poses of the links can be computed: no loops, no unresolved mimic joints, no axis of zero."""
+        has_axes = all(any(joint.axis) for joint in self.joints if joint.moves or joint.type == "planar")
+        return self.is_tree and self.mimics_resolve and has_axes
+
     def walk(self) -> Iterator[Link]:
         """Yield the links depth-first from the root, children in the order of their joints."""
         return iter(self._down)

@@ -40,6 +40,8 @@ _COMPARING = (
 # Maps rules to possible causes: a rule is not reported if there is an error of a rule that it is mapped to.
 _FOLLOWING = {
     "control-joint": ("unknown-link", "unknown-joint", "unknown-option"),
+    "control-mimic": ("mimic-unknown",),
+    "controller-interface": ("control-interface", "unknown-joint"),
     "controller-missing": ("control-interface", "controller-name", "unknown-joint"),
     "moveit-not-in-urdf": ("unknown-backend", "unknown-option"),
     "moveit-state": ("unknown-joint",),

@@ -162,7 +162,7 @@ def radii(case: Case) -> Iterator[Diagnostic]:
 def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     """A warning: a wheel of the drive is inside a shape of the body that carries it. Meshes are not checked."""
     drive, robot = _sound(case), case.robot
-    if drive is None or robot.source.status == "imported":
+    if drive is None or robot.source.status == "imported" or not robot.has_poses:
         return
     apart = {frozenset(pair) for pair in robot.disabled_contacts}
     places = robot.poses_in_root({})

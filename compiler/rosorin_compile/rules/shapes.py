@@ -186,8 +186,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
 def contained_links(case: Case) -> Iterator[Diagnostic]:
     """A warning: a link is entirely inside a shape of another link, with joints at zero. Meshes are not checked."""
     robot = case.robot
-    has_axes = all(any(joint.axis) for joint in robot.joints if joint.moves or joint.type == "planar")
-    if not (robot.is_tree and robot.mimics_resolve and has_axes):  # required to compute poses
+    if not robot.has_poses:
         return
     places = robot.poses_in_root({})
     starts = {link.name: start for link in robot.links if (start := next(_points(link, places[link.name]), None))}

@@ -151,7 +151,7 @@ class _Placer:
     def _mapping(self, node: Node, entry: Map) -> Map:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
-            for how in node.mirror if entry.get("frame") not in self.carrying else ("pose",):
+            for how in node.mirror if entry.get("frame") not in [*self.carrying] else ("pose",):
                 changes |= MIRRORED[how](entry, self.mirror) if how in MIRRORED else {}
         for key, value in entry.items():
             below = node.value_of(key)

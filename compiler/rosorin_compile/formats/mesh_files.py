@@ -8,7 +8,7 @@ import json
 import os
 import posixpath
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -105,12 +105,6 @@ class Places(NamedTuple):
         found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
         diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
         return found._replace(diagnostics=diagnostics)
-
-    def missing_paths(self, tree: Map, found: Container[str]) -> Iterator[Path]:
-        """Yield the expected paths of meshes that are not in ``found``, so that they can be watched."""
-        for one in named_files(tree, MESH):
-            if one.name not in found and "://" not in one.name:
-                yield from (Path(span.source.path).parent / one.name for span in one.spans)
 
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult:

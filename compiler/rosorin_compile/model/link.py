@@ -97,11 +97,6 @@ class Link:
     mjcf: Values = field(default_factory=dict, hash=False)  # attributes of the body in the MJCF
     mjcf_elements: tuple[str, ...] = ()  # XML elements that are added to the body in the MJCF
 
-    def limited_values(self, format: str) -> dict[str, Any]:
-        """Return the non-default values of ``only_in`` fields that a format supports, by attribute name."""
-        words = {name: formats[format] for name, formats in limited_fields(Link).items() if format in formats}
-        return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
-
     def __repr__(self) -> str:
         parts = [] if self.inertial is None else [f"{self.inertial.mass:.6g} kg"]
         parts += [f"{len(some)} {word}" for word in ("visual", "collision") if (some := getattr(self, word))]

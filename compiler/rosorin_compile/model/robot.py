@@ -346,7 +346,8 @@ class Robot:
         """Return the transforms of joints, except those to simulation-only links or with a mode-dependent publisher."""
         joints = [joint for joint in self.joints_down() if joint.child not in self.simulated_frames]
         joints = [joint for joint in joints if joint.publisher.publishes or joint.name not in self.mode_dependent_edges]
-        ends = ((joint, self.publisher_of(joint)) for joint in joints)
+        unmeasured = Publisher(UNPUBLISHED, "nobody", about="no joint state contains its position")
+        ends = ((one, unmeasured if one in self.unmeasured_joints else one.publisher) for one in joints)
         return [Edge(j.parent, j.child, publisher, j.moves_on_tf, pose=j.origin) for j, publisher in ends]
 
     @of_robot
@@ -374,11 +375,6 @@ class Robot:
             published |= {*extra, *(chosen if joints and interfaces else measured)}
         ours = self.published_by(ROBOT_STATE_PUBLISHER) if components and self.controllers else ()
         return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in published)
-
-    def publisher_of(self, joint: Joint) -> Publisher:
-        """Return the publisher of a joint, or a publisher of kind UNPUBLISHED if its position is not measured."""
-        unmeasured = Publisher(UNPUBLISHED, "nobody", about="no joint state contains its position")
-        return unmeasured if joint in self.unmeasured_joints else joint.publisher
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:

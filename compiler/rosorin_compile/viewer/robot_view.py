@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.mesh_files import TEXTURE, Places
+from rosorin_compile.formats.mesh_files import MESH, TEXTURE, Places, named_files
 from rosorin_compile.language.explain import explain, lines
 from rosorin_compile.output.atomic_files import OutputError, write_file
 from rosorin_compile.request import FilePath, Packages, Request, Values
@@ -71,8 +71,9 @@ def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Pa
         data.setdefault("warnings", []).append({"text": text, **({"where": _place(one.span)} if one.span else {})})
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for file in found.values() for side in companions(file)[0])]
-    every = (*own_files, *read, *places.missing_paths(case.tree, found))
-    return RobotView(case, data, found, own_files, understood, arguments), diagnostics, every
+    missing = (one for one in named_files(case.tree, MESH) if one.name not in found and "://" not in one.name)
+    awaited = (Path(span.source.path).parent / one.name for one in missing for span in one.spans)
+    return RobotView(case, data, found, own_files, understood, arguments), diagnostics, (*own_files, *read, *awaited)
 
 
 def _place(span: Span) -> Data:

@@ -197,7 +197,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
             names = attributes(name=bodies.body_name(robot, frame.name)) + attributes(**place)
-            names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
+            names += printer.print_values({"gravcomp": link.gravity_compensation or None, **link.mjcf})
         inertial = model.Inertial(LEAST, model.Pose(), LEAST, LEAST, LEAST) if link.name in none else link.inertial
         body = (
             [free_joint] if free and not elements else [],

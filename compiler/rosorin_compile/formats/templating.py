@@ -91,9 +91,7 @@ def _own() -> jinja2.Environment:
     folder, place = data_folder("templates"), cache_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
-    environment = jinja2.Environment(loader=loader, bytecode_cache=cached, **_OPTIONS)  # noqa: S701 - XML is escaped
-    environment.filters["n"] = lambda number: f"{round(number, 1):.10g}"  # a coordinate in a picture
-    return environment
+    return jinja2.Environment(loader=loader, bytecode_cache=cached, **_OPTIONS)  # noqa: S701 - XML is escaped
 
 
 class Templates:

@@ -313,6 +313,7 @@ def svg(robot: Robot, trees: Sequence[FrameSituation]) -> str:
         room = letters if why.isascii() else letters // 2
         notes += wrap(f"({number}) nobody: {why}", room, subsequent_indent="    ", break_on_hyphens=False)
     values = {"title": title, "width": width, "bottom": bottom, "panels": panels, "columns": columns, "notes": notes}
+    values["n"] = lambda number: f"{round(number, 1):.10g}"
     values |= {"colours": colours(publishers(rows(robot))), "whys": whys, "right_of": right_of, "cells_of": cells_of}
     return Templates.own("viewer/frames.svg.jinja", values)
 

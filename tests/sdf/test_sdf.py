@@ -135,12 +135,14 @@ def test_a_loop_that_gazebo_closes_is_a_second_joint(tmp_path: Path):
     assert '<joint name="pin" type="ball">' in artifacts["sdf"]
 
 
-def test_a_kept_contact_sensor_that_names_no_shape_of_its_link_is_told(tmp_path: Path):
+def test_a_contact_sensor_in_xml_that_names_a_missing_collision_is_reported(tmp_path: Path):
     sensor = '<sensor name="bumper" type="contact"><contact><collision>{}</collision></contact></sensor>'
-    for felt, times in (("front", 0), ("base_fixed_joint_lump__front_collision", 1)):
+    for collision, count in (("front", 0), ("base_fixed_joint_lump__front_collision", 1)):
         text = f"""robot: r
 links:
-  base: {{collision: [{{name: front, box: {{size: [1, 1, 1]}}}}], urdf_elements: ['<sdf>{sensor.format(felt)}</sdf>']}}
+  base:
+    collision: [{{name: front, box: {{size: [1, 1, 1]}}}}]
+    urdf_elements: ['<sdf>{sensor.format(collision)}</sdf>']
 outputs: {{sdf: {{file: r.sdf}}}}"""
-        told = [one.message for one in compiled_text(tmp_path, text).diagnostics if one.rule == "gazebo-cannot-see"]
-        assert [("bumper" in message, felt in message) for message in told] == [(True, True)] * times
+        found = [one.message for one in compiled_text(tmp_path, text).diagnostics if one.rule == "gazebo-cannot-see"]
+        assert [("bumper" in message, collision in message) for message in found] == [(True, True)] * count

@@ -71,8 +71,8 @@ def _first_difference(old: str, new: str) -> str:
         del before[: len(same)], after[: len(same)]
         words = [*before[:1], *after[:1]]
         shared = commonprefix(words)  # a word can contain several elements, so search only up to the difference
-        begun = shared + re.split(r"[^<\w.-]", words[-1][len(shared) :])[0]
-        names = re.findall(r"<([\w.-]+)", " ".join([*same, begun]))
+        start = shared + re.split(r"[^<\w.-]", words[-1][len(shared) :])[0]
+        names = re.findall(r"<([\w.-]+)", " ".join([*same, start]))
         names = names or re.findall(r"\b[a-zA-Z_][\w.-]*", " ".join(same))
         while before and after and before[-1] == after[-1]:
             del before[-1], after[-1]

@@ -31,7 +31,7 @@ _FRAME_ID = "frame_id"  # tag for the frame of sensor messages in SDF 1.12; for 
 _LOOPS = ("connect", "weld")
 # Points (m) of Drake's ball constraints. Three that are not collinear act like a weld, one acts like a ball joint.
 _CORNERS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.1, 0.0))
-_NAME_OF, _FELT = re.compile(r'name="([^"]*)'), re.compile(r"<collision>\s*([^<]+?)\s*</collision>")
+_NAME, _COLLISION = re.compile(r'name="([^"]*)'), re.compile(r"<collision>\s*([^<]+?)\s*</collision>")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
@@ -303,11 +303,12 @@ class _Writer:
         help = f"write 'version: \"{FOLLOWERS}\"' in the output" if older else "use Gazebo harmonic"
         report_lost(message, followers if older or gazebo in ("fortress", CLASSIC) else [], help)
         for link, texts in self.kept.links.items():
-            shapes = {name for one in self.carried[link] for name, _ in self.shapes["collision"].get(one, ())}
+            known = {name for one in self.carried[link] for name, _ in self.shapes["collision"].get(one, ())}
             for text in (text for text in texts if 'type="contact"' in text):
-                for felt in _FELT.findall(text) if shapes.isdisjoint(_FELT.findall(text)) else ():
-                    why = f'no shape of link "{link}" is called "{felt}"'
-                    self.unseen.setdefault(why, []).extend(_NAME_OF.findall(text)[:1])
+                names = _COLLISION.findall(text)
+                if names and known.isdisjoint(names):
+                    why = f'link "{link}" has no collision "{names[0]}"'
+                    self.unseen.setdefault(why, []).extend(_NAME.findall(text)[:1])
         for why, names in self.unseen.items():
             help = 'correct that, or write "gazebo: []" in the sensor to leave it out'
             report_lost(f"Gazebo ignores these sensors because {why}:", names, help, "gazebo-cannot-see")

@@ -55,7 +55,7 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
     made = fragment.copy()
     tables = [fragment.get(section) for section in ("joints", "sensors") if placer.mirror is not None]
     entries = [entry for table in tables if isinstance(table, Map) for entry in table.values()]
-    placer.carrying = {str(entry.get("parent")) for entry in entries if isinstance(entry, Map)}
+    placer.carrying = [str(entry.get("parent")) for entry in entries if isinstance(entry, Map)]
     for section, node in sections().items():
         if fragment.get(section) and node.in_parts:
             made[section] = placer.value(node, _tagged(section, fragment[section], fragment.via))
@@ -123,7 +123,7 @@ class _Placer:
     def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
         self.mirror = None if use.mirror is None else AXES[use.mirror]
-        self.carrying = set[object]()  # frames that carry other frames
+        self.carrying = list[str]()  # frames that carry others; a list, because an invalid frame may be unhashable
         self.active = {kind for kind, some in names.contents.names.items() if some} | {"link", GIVES}
         self.active |= {INSIDE} if names.contents.may_hide_names else set()
         self.active |= {MIRROR} if self.mirror is not None else set()
@@ -151,7 +151,7 @@ class _Placer:
     def _mapping(self, node: Node, entry: Map) -> Map:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
-            for how in node.mirror if entry.get("frame") not in [*self.carrying] else ("pose",):
+            for how in node.mirror if entry.get("frame") not in self.carrying else ("pose",):
                 changes |= MIRRORED[how](entry, self.mirror) if how in MIRRORED else {}
         for key, value in entry.items():
             below = node.value_of(key)

@@ -99,8 +99,8 @@ class Reader:
                     entry = Map(span, via)
                     entry.put("file", item, span, span)
                 name = entry.get("file") if isinstance(entry.get("file"), str) else ""
-                is_foreign = "package" in entry or name.lower().endswith(self.robot_endings())
-                if is_foreign and not name.endswith(project.ENDINGS):
+                is_yaml = name.endswith(project.ENDINGS)  # asked first, because ``robot_endings`` loads all formats
+                if not is_yaml and ("package" in entry or name.lower().endswith(self.robot_endings())):
                     self.robots.append(RobotInclude(entry, place, path))
                 elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)

@@ -69,9 +69,11 @@ def is_textured(robot: Robot, texture: str) -> bool:
 
 def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
     """Yield an error for each reference in an MJCF to an omitted geom; ``left_out`` maps omitted geoms to links."""
-    from html import unescape  # faster than xml.sax.saxutils, which imports http
+    if not left_out:
+        return
+    from html import unescape  # slow to import
 
-    for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
+    for name in dict.fromkeys(_GEOM.findall(text)):
         if (link := left_out.get(unescape(name))) is not None:
             message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)})'
             help = "put the file of its mesh there, or take out what names it"

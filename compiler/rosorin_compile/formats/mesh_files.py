@@ -97,12 +97,11 @@ class Places(NamedTuple):
 
     def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
         """Find all meshes (or textures, by ``kind``) of a description, and map their names to paths."""
-        return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
+        return _Search(self, outputs, tree).run([one for one in named_files(tree) if one.kind == kind]).by_name
 
     def search(self, tree: Map, relative: bool = True) -> SearchResult:
         """Search for the meshes and textures of an imported file; ``relative`` includes relative paths."""
-        named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
-        found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
+        found = _Search(self, (), None).run([one for one in named_files(tree) if relative or not is_relative(one.name)])
         diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
         return found._replace(diagnostics=diagnostics)
 
@@ -114,8 +113,8 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> SearchResult
     naming, embeds = any(one.measures or one.meshes for one in formats), any(one.embeds for one in formats)
     if not (opening or naming or embeds):
         return SearchResult()
-    named = named_files(tree, MESH)
-    textures = named_files(tree, TEXTURE) if opening or embeds else []
+    every = named_files(tree)
+    named, textures = ([one for one in every if one.kind == kind] for kind in (MESH, TEXTURE))
     for texture in textures if opening else ():  # formats that do not open textures do not need them
         is_named = naming and is_relative(urdf_file_name(texture.name))
         named += [texture] if is_named or any(opened_by(output, texture.name) for output in opening) else []
@@ -149,17 +148,19 @@ def read_files(searched: SearchResult, outputs: Sequence[Output], folder: Path) 
     return searched
 
 
-def named_files(tree: Map, kind: str) -> list[NamedFile]:
-    """Return all meshes or textures (``kind``) that a description refers to, without duplicates."""
-    found: dict[str, dict[Span, None]] = {}
+def named_files(tree: Map) -> list[NamedFile]:
+    """Return the meshes and textures that a description refers to, without duplicates, meshes first."""
+    found: dict[tuple[str, str], dict[Span, None]] = {}
     colliding: set[str] = set()
 
     def visit(node: Map | Seq, collides: bool = False) -> None:
         if isinstance(node, Map):
-            entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
-            if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
-                found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-                colliding.update([entry[key]] if collides else ())
+            mesh, texture = node.get("mesh"), node.get("texture")
+            if isinstance(mesh, Map) and isinstance(file := mesh.get("file"), str):
+                found.setdefault((MESH, file), {})[mesh.value_spans["file"]] = None
+                colliding.update([file] if collides else ())
+            if isinstance(texture, str) and texture:
+                found.setdefault((TEXTURE, texture), {})[node.value_spans["texture"]] = None
         for name, value in node.items() if isinstance(node, Map) else enumerate(node):
             if isinstance(value, (Map, Seq)) and name != "mjcf":  # skip raw MJCF values
                 visit(value, collides or name == "collision")
@@ -167,7 +168,8 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
     for key, value in tree.items():
         if isinstance(value, (Map, Seq)) and key != "outputs":
             visit(value)
-    return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
+    every = (NamedFile(name, list(spans), kind, name in colliding) for (kind, name), spans in found.items())
+    return sorted(every, key=lambda one: one.kind == TEXTURE)
 
 
 def references(mesh: Path) -> list[str]:

@@ -71,8 +71,8 @@ def load(request: Request) -> tuple[RobotView | None, list[Diagnostic], tuple[Pa
         data.setdefault("warnings", []).append({"text": text, **({"where": _place(one.span)} if one.span else {})})
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for file in found.values() for side in companions(file)[0])]
-    missing = (one for one in named_files(case.tree, MESH) if one.name not in found and "://" not in one.name)
-    awaited = (Path(span.source.path).parent / one.name for one in missing for span in one.spans)
+    missing = (one for one in named_files(case.tree) if one.kind == MESH and one.name not in found)
+    awaited = (Path(at.source.path).parent / one.name for one in missing if "://" not in one.name for at in one.spans)
     return RobotView(case, data, found, own_files, understood, arguments), diagnostics, (*own_files, *read, *awaited)
 
 

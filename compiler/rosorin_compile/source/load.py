@@ -147,7 +147,7 @@ class _Composer:
             if documents > 1:
                 raise self.fail("yaml-documents", "the file has more than one YAML document", event, 'remove the "---"')
             if isinstance(event, yaml.NodeEvent):
-                tree = self.value(event, 0)
+                tree = self.value(event, 0, self.span(event))
         return tree
 
     def span(self, event: Any) -> Span:
@@ -158,7 +158,7 @@ class _Composer:
     def fail(self, rule: str, message: str, event: Any, help: Help) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
 
-    def value(self, event: Any, depth: int) -> Any:
+    def value(self, event: Any, depth: int, span: Span) -> Any:
         is_alias, before = isinstance(event, yaml.AliasEvent), self.nodes
         alias = self.anchors.get(event.anchor) if is_alias else None
         self.nodes += 1 + (alias[1] if alias else 0)
@@ -184,17 +184,17 @@ class _Composer:
             made = plain_scalar(event.value) if not event.style and tag is None else Text(event.value)
             made = self.tagged(event) if tag in _UNIT_TAGS else made
         elif isinstance(event, yaml.MappingStartEvent):
-            made = self.mapping(event, depth)
+            made = self.mapping(depth, span)
         else:
-            made = Seq(self.span(event), self.via)
+            made = Seq(span, self.via)
             while type(item := next(self.events)) is not SequenceEndEvent:
-                made.put(self.value(item, depth + 1), self.span(item))
+                made.put(self.value(item, depth + 1, at := self.span(item)), at)
         if event.anchor:
-            self.anchors[event.anchor] = (made, self.nodes - before, self.span(event))
+            self.anchors[event.anchor] = (made, self.nodes - before, span)
         return made
 
-    def mapping(self, event: Any, depth: int) -> Map:
-        made = Map(self.span(event), self.via)
+    def mapping(self, depth: int, span: Span) -> Map:
+        made = Map(span, self.via)
         while type(key_event := next(self.events)) is not MappingEndEvent:
             if type(key_event) is not ScalarEvent:
                 help = 'write an expression with quotes: "${...}"'
@@ -207,8 +207,8 @@ class _Composer:
                 related = [Related("first defined here", made.key_spans[key])]
                 message = f'the key "{key}" is defined twice in one mapping'
                 raise LoadError(error("duplicate-key", message, key_span, "rename or remove one of them", related))
-            value_event = next(self.events)
-            made.put(key, self.value(value_event, depth + 1), key_span, self.span(value_event))
+            value_span = self.span(value_event := next(self.events))
+            made.put(key, self.value(value_event, depth + 1, value_span), key_span, value_span)
         return made
 
     def tagged(self, event: Any) -> float:

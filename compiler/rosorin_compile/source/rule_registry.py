@@ -128,8 +128,7 @@ def find_declared(id: str) -> Rule:
 
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
     """Return the built-in rules by id, or only those in ``ids``, and import the modules that declare them."""
-    package = Path(__file__).parents[1]
-    found = dict(of_stages())
+    package, found = Path(__file__).parents[1], dict(of_stages())
     quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()

@@ -142,8 +142,7 @@ def _is_missing(diagnostic: Diagnostic) -> bool:
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:
-    own = Map(root.span)
-    good = None not in robots
+    own, good = Map(root.span), None not in robots
     for key, value in root.items():
         place = Place(root.value_spans[key], None)
         if key in _FORMS:

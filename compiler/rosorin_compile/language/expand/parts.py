@@ -54,8 +54,7 @@ class Parts:
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
         """Instantiate the part of each ``use`` entry and add it to the tree; return True if there are no errors."""
-        good = True
-        via = scope.via or entries.via
+        good, via = True, scope.via or entries.via
         for key, item in entries.items():
             place = Place(entries.key_spans[key], via)
             try:
@@ -132,8 +131,7 @@ class Parts:
 
     def _fragment(self, part: Part, inner: Scope, depth: int) -> Map:
         body = part.body
-        made = Map(body.span, inner.via)
-        good = True
+        made, good = Map(body.span, inner.via), True
         for section in of_parts():
             if body.get(section) is not None:
                 try:

@@ -87,7 +87,7 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
     """Return a copy of a mapping or list with ``change`` applied to each value."""
     if isinstance(section, Map):
-        return map_table(section, lambda name: name, change)
+        return section.with_changes({name: change(value) for name, value in section.items()})
     made = Seq(section.span, section.via)
     made.extend(map(change, section))
     made.value_spans.extend(section.value_spans)

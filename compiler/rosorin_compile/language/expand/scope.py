@@ -67,6 +67,7 @@ class Expansion:
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
         self._constant: dict[int, bool] = {}
+        self._changing: dict[int, list[str] | None] = {}
         self._bodies: dict[int, Any] = {}
 
     def forget(self) -> None:
@@ -104,6 +105,14 @@ class Expansion:
             items = value.values() if isinstance(value, Map) else value
             constant = self._constant[id(value)] = not controlled and all(map(self.is_constant, items))
         return constant
+
+    def changing_keys(self, value: Map) -> list[str] | None:
+        """Return the keys whose values contain expressions, or None if keys, loops or conditions need evaluation."""
+        if id(value) not in self._changing:
+            changing = [key for key, item in value.items() if not self.is_constant(item)]
+            is_fixed = "$" not in "".join(value) and not any(map(_is_controlled, value.values()))
+            self._changing[id(value)] = changing if is_fixed else None
+        return self._changing[id(value)]
 
     def body(self, entry: Map) -> Any:
         """Return an entry without ``for`` and ``if``; if only the key ``value`` is left, return its value."""
@@ -303,17 +312,19 @@ class Scope:
         return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
-        via = self.via or value.via
-        made = Map(value.span, via)
+        via, changing = self.via or value.via, self.expansion.changing_keys(value)
+        made = Map(value.span, via) if changing is None else value.made_by(via)
         self.count(len(value) + 1, value.span, via)
         failed = False
-        for key, item in value.items():
-            key_span, span = value.key_spans[key], value.value_spans[key]
+        for key in value if changing is None else changing:
+            item, key_span, span = value[key], value.key_spans[key], value.value_spans[key]
             try:
                 if "$" not in key and not _is_controlled(item):
                     resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
                     if resolved is not None or item is None:
                         made.put(key, resolved, key_span, span)
+                    else:
+                        made.pop(key, None)
                     continue
                 for scope, entry in self.entries(item, key):
                     name = scope.name(key, key_span, via) if "$" in key else key
@@ -341,9 +352,8 @@ class Scope:
 
     def _sequence(self, value: Seq, xml: bool) -> Seq:
         via = self.via or value.via
-        made = Seq(value.span, via)
+        made, failed = Seq(value.span, via), False
         self.count(len(value) + 1, value.span, via)
-        failed = False
         for item, span in zip(value, value.value_spans, strict=True):
             try:
                 for scope, entry in self.entries(item):

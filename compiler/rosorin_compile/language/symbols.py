@@ -43,30 +43,26 @@ _Occurrence = tuple[Node, Any, Path, bool]
 Condition = Callable[[Any], bool]
 
 
-def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bool = False) -> Iterator[_Occurrence]:
-    """Yield the names below a value that have one of the annotations ``wanted`` (all if empty), in file order."""
+def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bool, found: list[_Occurrence]) -> None:
+    """Add the names below a value that have one of the annotations ``wanted`` (all if empty), in file order."""
     if rules and node.said is False:
         return
-    if isinstance(value, str):
-        yield node, value, path, False
-        return
-    if node.inside and value:
-        yield node, value, path, False
+    if isinstance(value, str) or (node.inside and value):
+        found.append((node, value, path, False))
     if isinstance(value, Map):
         if "value" in value and ("for" in value or "if" in value):  # an entry before expansion
-            yield from _walk(node, value["value"], path, wanted, rules)
+            _walk(node, value["value"], path, wanted, rules, found)
         if node.keys is not None:
-            yield from ((node.keys, name, (*path, name), True) for name in value)
+            found += [(node.keys, name, (*path, name), True) for name in value]
         if GIVES in wanted:
-            for key, kind, name in node.left_out(value):
-                yield Node(gives=kind), name, (*path, key), False
+            found += [(Node(gives=kind), name, (*path, key), False) for key, kind, name in node.left_out(value)]
         for key, item in value.items():
             below = node.value_of(key)
             if below is not None and (not wanted or not below.of.isdisjoint(wanted)):
-                yield from _walk(below, item, (*path, key), wanted, rules)
+                _walk(below, item, (*path, key), wanted, rules, found)
     elif isinstance(value, list) and node.items is not None and (not wanted or not node.items.of.isdisjoint(wanted)):
         for index, item in enumerate(value):
-            yield from _walk(node.items, item, (*path, index), wanted, rules)
+            _walk(node.items, item, (*path, index), wanted, rules, found)
 
 
 class Symbol(NamedTuple):
@@ -118,16 +114,17 @@ class SymbolTable:
                 if isinstance(entry.get("content"), Map):
                     waiting.append(((*path, "use", name, "content"), entry["content"]))
 
-    def _occurrences(self, wanted: Collection[str], section: str = "", rules: bool = False) -> Iterator[_Occurrence]:
-        nodes = sections()
+    def _occurrences(self, wanted: Collection[str], section: str = "", rules: bool = False) -> list[_Occurrence]:
+        nodes, found = sections(), list[_Occurrence]()
         for path, fragment in self._fragments():
             for name, node in nodes.items():
                 value = fragment.get(name) if section in ("", name) else None
                 if value is not None and (not wanted or not node.of.isdisjoint(wanted)):
-                    yield from _walk(node, value, (*path, name), wanted, rules)
+                    _walk(node, value, (*path, name), wanted, rules, found)
         sensor = nodes["sensors"].others or Node()
         for name, body in _entries(self.tree, "sensor_types") if not section else ():
-            yield from _walk(sensor, body, ("sensor_types", name), wanted, rules)
+            _walk(sensor, body, ("sensor_types", name), wanted, rules, found)
+        return found
 
     def definitions(self, section: str = "", implied: bool = False) -> Iterator[Symbol]:
         """Yield the definitions in a section (default: all); with ``implied``, also default names for missing keys."""

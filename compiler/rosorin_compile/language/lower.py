@@ -276,7 +276,7 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
     """
     entry = entry or {}
     converters, poses, has_values = _fields(kind)
-    found = {name: convert(entry[name]) for name, convert in converters.items() if name in entry and name not in given}
+    found = {key: converters[key](value) for key, value in entry.items() if key in converters and key not in given}
     found |= {name: pose_of_entry(entry) for name in poses if name not in given}
     if has_values and "values" not in given:
         found["values"] = values_of(entry, ("xyz", "rpy", "source", *converters))
@@ -285,8 +285,7 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Convert entries to instances of the dataclass ``kind``, by name; a field ``name`` gets the name of the entry."""
-    has_name = "name" in _fields(kind)[0]
-    items = (entries or {}).items()
+    has_name, items = "name" in _fields(kind)[0], (entries or {}).items()
     return {str(key): record_of(kind, entry, **({"name": str(key)} if has_name else {})) for key, entry in items}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from rosorin_compile.model import Inertial, Link, Transform
-from rosorin_compile.model.link import Source, inertial_of, together
+from rosorin_compile.model.link import NO_SOURCE, Source, inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Attachment
@@ -32,11 +32,11 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
     for name, value in entries_of(tree, "links"):
         path, entry = ("links", name), value or {}
         lowering.place("link", name, path)
-        source = record_of(Source, entry.get("source"))
-        shapes: dict[str, tuple[Shape, ...]] = {}
-        for key in ("visual", "collision"):
-            make = partial(_shapes, lowering, entry, (*path, key), source)
-            shapes[key] = lowering.share((id(entry.get(key)), source), make)
+        source = record_of(Source, entry["source"]) if entry.get("source") else NO_SOURCE
+        shapes: dict[str, tuple[Shape, ...]] = {"visual": (), "collision": ()}
+        for key in [key for key in shapes if key in entry]:
+            make = partial(_shapes, lowering, entry[key], (*path, key), source)
+            shapes[key] = lowering.share((id(entry[key]), source), make)
         inertial = None
         if "inertial" in entry:
             with lowering.report_errors(f' ("inertial" of link "{name}")'):
@@ -48,9 +48,9 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
         lowering.links.append(link)
 
 
-def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Source) -> tuple[Shape, ...]:
+def _shapes(lowering: Lowering, entries: Any, path: Path, source: Source) -> tuple[Shape, ...]:
     shapes = []
-    for index, entry in enumerate(link.get(str(path[-1])) or ()):
+    for index, entry in enumerate(entries or ()):
         own = record_of(Source, entry["source"]) if "source" in entry else source
         with lowering.report_errors():
             stand_in = own.note if own.status == "stand_in" else ""

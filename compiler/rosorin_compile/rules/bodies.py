@@ -99,8 +99,6 @@ def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) 
     low, middle, high = inertial.principal_moments
     if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # another rule reports these
         return
-    path = case.link(link.name, "inertial")
-    place: Path = (*path, "inertia", max(("ixx", "iyy", "izz"), key=lambda key: float(getattr(inertial, key))))
     # Of all bodies with this mass and inertia, the uniform ellipsoid has the lowest peak density. Its moments
     # m/5 (b^2 + c^2), ... give the squares of its semi-axes.
     squares = [5 / 2 * (low + middle + high - 2 * moment) / inertial.mass for moment in (low, middle, high)]
@@ -115,18 +113,19 @@ def _inertia(case: Case, link: Link, inertial: Inertial, bounds: Bounds | None) 
     elif not bounds and density < LIGHTEST_INERTIA:
         what = "large for its mass"
     if what:
+        path = case.link(link.name, "inertial")
+        place: Path = (*path, "inertia", max(("ixx", "iyy", "izz"), key=lambda key: float(getattr(inertial, key))))
         message = f'the inertia of link "{link.name}"{case.stand_in(place)} is too {what}: the implied density is'
         message += f" {number(density)} kg/m^3 (osmium: 22,590, air: 1.2)"
         yield case.problem("inertia-implausible", message, place, related=[("the mass", (*path, "mass"))])
 
 
 def _centre(case: Case, link: Link, centre: Vector, bounds: Bounds | None) -> Iterator[Diagnostic]:
-    away, size, limit = math.hypot(*centre), diagonal(case.robot), BEYOND * diagonal(case.robot)
-    what, related = "its frame, but the entire robot measures", []
-    if bounds:
-        away, size, limit = bounds.gap(Bounds(centre, centre)), bounds.diagonal, OUTSIDE * bounds.diagonal
-        what, related = "its shapes, which measure only", [("the shape", _shape(case, link))]
-    if size > 0 and limit < away:
+    size = bounds.diagonal if bounds else diagonal(case.robot)
+    away = bounds.gap(Bounds(centre, centre)) if bounds else math.hypot(*centre)
+    if size > 0 and (OUTSIDE if bounds else BEYOND) * size < away:
+        what = "its shapes, which measure only" if bounds else "its frame, but the entire robot measures"
+        related = [("the shape", _shape(case, link))] if bounds else []
         place = case.link(link.name, "inertial", "xyz", max(range(3), key=lambda index: abs(centre[index])))
         message = f'the centre of mass of link "{link.name}"{case.stand_in(place)} is {number(away)} m away from'
         yield case.problem("centre-outside", f"{message} {what} {number(size)} m", place, related=related)

@@ -11,7 +11,7 @@ from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
-from rosorin_compile.source.tree import exists, value_at
+from rosorin_compile.source.tree import exists, has, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import first_of, phrase, quote
 
@@ -234,8 +234,8 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 def units(case: Case) -> Iterator[Diagnostic]:
     """Report values with a unit that does not match the joint type, such as radians for a prismatic joint."""
     for joint in (joint for joint in case.robot.joints if joint.moves):
-        entries = [case.joint(joint, part) for part in _WITH_UNITS]
-        paths = [(*path, key) for path in entries for key in value_at(case.tree, path) or ()]
+        entry = value_at(case.tree, case.joint(joint))
+        paths = [case.joint(joint, part, key) for part in _WITH_UNITS if has(entry, part) for key in entry[part] or ()]
         posed = [one.name for one in case.robot.poses if joint.name in one.positions]
         paths += [("poses", name, "positions", joint.name) for name in posed]
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None

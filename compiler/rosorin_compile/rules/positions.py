@@ -58,14 +58,14 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
 
 
-def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
-    if node is None:
-        return
+def _bounded(node: Node, value: Any, path: Path, joint: str) -> Iterator[tuple[str, Path, str, Any]]:
     if node.within and isinstance(value, (int, float, Map)):
         yield node.within, path, joint, value
     names = node.keys is not None and "joint" in (node.keys.gives, node.keys.names)
     for key, inner in value.items() if isinstance(value, dict) else ():
-        yield from _bounded(node.value_of(key), inner, (*path, key), key if names else joint)
+        below = node.value_of(key)
+        if below is not None and (below.within or isinstance(inner, dict)):
+            yield from _bounded(below, inner, (*path, key), key if names else joint)
 
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:

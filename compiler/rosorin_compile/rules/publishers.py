@@ -301,8 +301,7 @@ def _pieces_with(steps: Iterable[Step], links: Collection[str]) -> list[set[str]
 @Check
 def known_frames(case: Case) -> Iterator[Diagnostic]:
     """Report frames in ``edges`` that have no connection to a link because a name is misspelt (rule unknown-link)."""
-    robot = case.robot
-    misspelt = list(_misspelt_world(case))
+    robot, misspelt = case.robot, list(_misspelt_world(case))
     yield from misspelt
     pairs = [(joint.parent, joint.child) for joint in robot.joints] + [(e.parent, e.child) for e in robot.edges]
     for piece in pieces(pairs) if robot.edges and not misspelt else ():

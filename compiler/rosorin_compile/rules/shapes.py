@@ -204,7 +204,6 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
             if ball is None:
                 continue
             middle = places[outer.name].apply(ball.middle)[axis]
-            to_shape = places[outer.name].then(shape.pose.transform()).inverse()
             first = bisect_left(order, (middle - ball.radius, ""))
             inside = [
                 name
@@ -212,9 +211,10 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 if group[name] != group[outer.name]
                 and frozenset((group[name], group[outer.name])) not in near
                 and frozenset((name, outer.name)) not in apart
-                and holds(shape.geometry, to_shape, [starts[name]])  # nearly always False
-                and holds(shape.geometry, to_shape, _points(robot.link[name], places[name]))
             ]
+            to_shape = places[outer.name].then(shape.pose.transform()).inverse() if inside else Transform()
+            inside = [name for name in inside if holds(shape.geometry, to_shape, [starts[name]])]  # nearly always none
+            inside = [n for n in inside if holds(shape.geometry, to_shape, _points(robot.link[n], places[n]))]
             for name in inside if len(inside) < ENVELOPE else ():
                 path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
                 place = case.value(path, "xyz")

@@ -438,8 +438,7 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
         degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
         value, source = f"{exact(number.value)} {number.unit}".rstrip() + degrees, number.note
         if number.origin is not None:
-            where = number.origin.where
-            combined = "of the pose in the part and that of its mount"
+            where, combined = number.origin.where, "of the pose in the part and that of its mount"
             source = combined if number.origin.parts else f"{_place(where)}  {where.text}"
         rows.append((number.name, value, source, list(_details(number.origin, known)) if number.origin else []))
     width, value_width = (max((len(row[column]) for row in rows), default=0) for column in (0, 1))

@@ -71,8 +71,9 @@ class Lowering:
 
     def share(self, key: Hashable, make: Callable[[], T]) -> T:
         """Return ``make()``, cached under ``key``; do not cache a result for which problems were reported."""
-        before = len(self.diagnostics)
-        made: T = self._shared[key] if key in self._shared else make()
+        if key in self._shared:
+            return self._shared[key]  # type: ignore[no-any-return]
+        before, made = len(self.diagnostics), make()
         if len(self.diagnostics) == before:
             self._shared[key] = made
         return made

@@ -240,9 +240,11 @@ def units(case: Case) -> Iterator[Diagnostic]:
         paths += [("poses", name, "positions", joint.name) for name in posed]
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
         for path, value in ((path, value_at(case.tree, path)) for path in paths):
+            if not isinstance(value, Quantity):
+                continue
             expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader else None)
             parsed = parse_unit(expected) if expected is not None else None
-            if isinstance(value, Quantity) and parsed is not None and parsed[1] != value.dimension:
+            if parsed is not None and parsed[1] != value.dimension:
                 message = f"{subject(list(path))} must be {describe(parsed[1])} for a {joint.type} joint, but "
                 message += f"{value.text or number(value)} is {describe(value.dimension)}"
                 way = f"in {expected}" if expected else "without a unit"

@@ -36,9 +36,11 @@ def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
     robot = case.robot
     for index, text in enumerate(robot.urdf_elements):
         yield case.places.get(("urdf_element", str(index)), ("urdf_elements", index)), text
-    owners: list[tuple[Path, Joint | Link | Shape]] = [(case.joint(one), one) for one in robot.joints]
+    owners: list[tuple[Path, Joint | Link | Shape]] = []
+    owners += [(case.joint(joint), joint) for joint in robot.joints if joint.urdf_elements]
     for link in robot.links:
-        owners += [(case.link(link.name), link), *((path, shape) for _, path, shape in case.shapes(link))]
+        if link.urdf_elements or any(shape.urdf_elements for shape in (*link.visual, *link.collision)):
+            owners += [(case.link(link.name), link), *((path, shape) for _, path, shape in case.shapes(link))]
     for path, owner in owners:
         yield from (((*path, "urdf_elements", index), text) for index, text in enumerate(owner.urdf_elements))
 

@@ -86,8 +86,7 @@ class Reader:
             self.diagnostics.append(replace(diagnostic, related=diagnostic.related + stack))
             self.unread = True
             return None
-        made = Map(file.span, via)
-        items = file.get("include")
+        made, items = Map(file.span, via), file.get("include")
         if items is not None and not isinstance(items, Seq):
             help = f"write [{items}]" if isinstance(items, str) else 'write "- " before each file name'
             self.scope.report("wrong-type", '"include" must be a list of files', value_place(file, "include"), help)

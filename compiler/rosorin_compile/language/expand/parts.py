@@ -108,8 +108,7 @@ class Parts:
         if not any("prefix" in names for names in own) and part.scope.owner("prefix") is None:
             inner.bind("prefix", inner.prefix, at)
         _bind(inner, f'part "{part.name}"', part.body, entry, Place(place.span, entry.via))
-        fragment = self._fragment(part, inner, depth)
-        content = entry.get("content")
+        fragment, content = self._fragment(part, inner, depth), entry.get("content")
         good = join(fragment, content, inner, parts=True) if isinstance(content, Map) else True
         if not inner.evaluate_rest() or not good:
             raise EvaluationFailed
@@ -189,8 +188,7 @@ class Parts:
             except LoadError as problem:
                 self.expansion.diagnostics.append(problem.diagnostic)
                 raise EvaluationFailed from None
-            home = Scope(self.expansion)
-            kinds = dict.fromkeys(("let", "parts", "sensor_types"), Map)
+            home, kinds = Scope(self.expansion), dict.fromkeys(("let", "parts", "sensor_types"), Map)
             if declarations.check_entry(tree.span.source.path, tree, home, declarations.FILE_KEYS, kinds):
                 home.define_all(tree.get("let"))
                 self.files[path] = tree.get("parts") or Map(tree.span), home

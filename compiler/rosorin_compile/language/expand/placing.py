@@ -51,8 +51,7 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
     ``names`` is the symbol table of the fragment, computed by default. ``elements`` renames the links and joints in a
     string of URDF elements; by default, it renames only links and joints that the fragment defines.
     """
-    placer = _Placer(names or SymbolTable(fragment), use, elements)
-    made = fragment.copy()
+    placer, made = _Placer(names or SymbolTable(fragment), use, elements), fragment.copy()
     tables = [fragment.get(section) for section in ("joints", "sensors") if placer.mirror is not None]
     entries = [entry for table in tables if isinstance(table, Map) for entry in table.values()]
     placer.carrying = [str(entry.get("parent")) for entry in entries if isinstance(entry, Map)]
@@ -341,8 +340,7 @@ def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
 
 def sequence_like(values: Iterable[Any], like: Any) -> Seq:
     """Return a Seq of values with the source positions of the items of ``like`` (of ``like`` itself if a mapping)."""
-    made = Seq(like.span, like.via)
-    spans = getattr(like, "value_spans", None)
+    made, spans = Seq(like.span, like.via), getattr(like, "value_spans", None)
     for index, value in enumerate(values):
         made.put(value, spans[index] if isinstance(spans, list) and index < len(spans) else like.span)
     return made

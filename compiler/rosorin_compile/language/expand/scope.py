@@ -356,10 +356,12 @@ class Scope:
         self.count(len(value) + 1, value.span, via)
         for item, span in zip(value, value.value_spans, strict=True):
             try:
+                if not _is_controlled(item):
+                    made.put(self.resolve(item, Place(span, via), xml), span)
+                    continue
                 for scope, entry in self.entries(item):
                     found = scope.resolve(entry, Place(span, via), xml)
-                    is_element = _is_controlled(item) and xml and isinstance(found, str)
-                    made.put(XmlText(found, scope.via or via) if is_element else found, span)
+                    made.put(XmlText(found, scope.via or via) if xml and isinstance(found, str) else found, span)
             except EvaluationFailed:
                 failed = True
         if failed:

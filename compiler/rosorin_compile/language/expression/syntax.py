@@ -254,7 +254,8 @@ def _name(node: ast.Name, lookup: Lookup) -> Any:
 
 
 def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
-    left, right, kind = value_of(node.left, lookup), value_of(node.right, lookup), type(node.op)
+    left, right = _NODES[type(node.left)](node.left, lookup), _NODES[type(node.right)](node.right, lookup)
+    kind = type(node.op)
     if type(left) not in NUMERIC or type(right) not in NUMERIC:
         return _join(kind, left, right)
     if kind is ast.Pow:

@@ -131,17 +131,19 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
         return str(value) if quantity is None else quantity
     if isinstance(value, (list, tuple)):
         items = Seq(span)
-        for index, item in enumerate(value):
-            default = value.value_spans[index] if isinstance(value, Seq) else span
-            items.put(as_tree(item, span, [*path, index]), item.span if isinstance(item, SourceValue) else default)
+        places = value.value_spans if isinstance(value, Seq) else [span] * len(value)
+        for index, (item, place) in enumerate(zip(value, places, strict=True)):
+            inner, at = item if isinstance(item, SourceValue) else (item, span)
+            made = inner if type(inner) is float else as_tree(inner, at, [*path, index])
+            items.put(made, place if inner is item else at)
         return items
-    if isinstance(value, Mapping):
+    if isinstance(value, (dict, Mapping)):  # dict first, because a test for an abstract class is slow
         tree = Map(span)
         for key, item in value.items():
             if not isinstance(key, str):
                 raise TypeError(f"{subject(path)} has a key that is not text: {key!r}")
-            place = item.span if isinstance(item, SourceValue) else span
-            tree.put(str(key), as_tree(item, span, [*path, key]), place, place)
+            inner, at = item if isinstance(item, SourceValue) else (item, span)
+            tree.put(str(key), inner if type(inner) is float else as_tree(inner, at, [*path, key]), at, at)
         return tree
     if isinstance(value, Real):
         return int(value) if isinstance(value, Integral) and abs(int(value)) < _LARGEST else float(value)

@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -17,7 +16,7 @@ from rosorin_compile.source.wording import and_more, count_of, plural, quote
 from rosorin_compile.source.xml.elements import canonical, kept_text, numbers_of, tree_of
 from rosorin_compile.source.xml.markup import Element, Word, correction, name_of
 
-from .format import SourceValue, cannot_carry
+from .format import cannot_carry
 from .imported_robot import ReadOptions
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
@@ -95,27 +94,31 @@ class XmlReader:
 
     def single(self, element: Element, tag: str) -> Element | None:
         """Return the first child with a tag, or None, and report all other children with the same tag."""
-        children = [child for child in element.children if child.tag == tag]
-        for again in children[1:]:
-            if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
+        first = None
+        for again in element.children:
+            if again.tag != tag:
+                continue
+            if first is None:
+                first = again
+            elif canonical(tree_of(first.verbatim)) == canonical(tree_of(again.verbatim)):
                 self.ignore(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
                 message = f"{name_of(element)} has a second <{tag}>; parsers differ in which one they use"
-                related = [Related("the first", children[0].span)]
+                related = [Related("the first", first.span)]
                 self.error("duplicate-element", message, again.span, "remove one; --lenient uses the first", related)
             else:
                 self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "only the first is used")
-        return children[0] if children else None
+        return first
 
     def attribute(self, element: Element, name: str) -> str | None:
         self.need(element, name)
-        return element.attributes[name].value if name in element.attributes else None
+        return element.values.get(name)
 
     def need(self, element: Element, *names: str) -> None:
         """Report missing attributes, unless the element has a misspelled attribute in place of them."""
-        missing = [name for name in names if name not in element.attributes]
+        missing = [name for name in names if name not in element.values]
         if missing and not self.options.lenient:
-            strange = [other for other in element.attributes if other not in self.attributes]
+            strange = [other for other in element.values if other not in self.attributes]
             missing = [name for name in missing if not any(correction(other, [name]) for other in strange)]
         if missing:
             help = "add " + " ".join(f'{name}="..."' for name in missing)
@@ -137,15 +140,15 @@ class XmlReader:
                 self.keep(child, keep)
 
     def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
-        for name, attribute in element.attributes.items():
+        for name in element.values:
             if name in attributes or name.startswith("xmlns"):
                 continue
             what = f'the attribute "{name}"'
-            near = correction(name, [one for one in attributes if one not in element.attributes])
+            near = correction(name, [one for one in attributes if one not in element.values])
             if near is None:
-                self.cannot_carry(f"{what} of {name_of(element)}", attribute.name_span)
+                self.cannot_carry(f"{what} of {name_of(element)}", element.attributes[name].name_span)
             else:
-                self.misspelt(what, f'"{near}"', element, attribute.name_span)
+                self.misspelt(what, f'"{near}"', element, element.attributes[name].name_span)
 
     def misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
         if self.options.lenient:
@@ -163,7 +166,7 @@ class XmlReader:
 
     def numbers(
         self, words: Sequence[Word], element: Element, name: str, span: Span, count: int, unit: str = "", tag: str = ""
-    ) -> list[SourceValue] | None:
+    ) -> Seq | None:
         """Parse the numbers of an attribute, or of the text if ``name`` is empty; return None after an error."""
         # An invalid number, such as one with a comma, is reported instead of the wrong count that it causes.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
@@ -171,12 +174,12 @@ class XmlReader:
             message = f"{_described(element, name)} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"write {'one number' if count == 1 else f'{count} numbers'}")
             return None
-        made = list[SourceValue]()
+        made = Seq(span)
         for word in words:
             value = self.number(word, element, name, unit, tag)
             if value is None:
                 return None
-            made.append(SourceValue(value, word.span))
+            made.put(value, word.span)
         return made
 
     def number(self, word: Word, element: Element, name: str, unit: str = "", tag: str = "") -> float | None:
@@ -254,28 +257,33 @@ def lacks(element: Element, names: Sequence[str]) -> str:
     return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
 
 
+def artifact_numbers(element: Element, text: str, count: int) -> Seq | None:
+    """Parse ``count`` numbers of a generated file; return None if they are invalid, or if the file has positions."""
+    if (whole := element.document.whole) is None:
+        return None
+    made = Seq(whole)
+    try:
+        made += numbers_of(text, count)
+    except ValueError:
+        return None
+    made.value_spans = [whole] * count
+    return made
+
+
 def numbers(element: Element, name: str, count: int, unit: str, reading: XmlReader) -> Seq | None:
     """Parse the numbers of an attribute; return None if it is missing or invalid."""
-    attribute = element.attributes.get(name)
-    if attribute is None:
+    if name not in element.values:
         return None
+    if (plain := artifact_numbers(element, element.values[name], count)) is not None:
+        return plain
     tag = "origin" if element.tag == "origin" else "size" if name in ("size", "radius", "length") else "limit"
-    if (whole := element.document.whole) is not None:
-        made = Seq(whole)
-        with suppress(ValueError):  # invalid numbers are reported below
-            made += numbers_of(attribute.value, count)
-            made.value_spans = [whole] * count
-            return made
+    attribute = element.attributes[name]
     words = attribute.words()
     if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
         taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
         reading.note("wrong-count", f"scale of {name_of(element)} has {taken}", attribute.span)
         words = (words * count)[:count]
-    found = reading.numbers(words, element, name, attribute.span, count, unit, tag)
-    made = Seq(attribute.span)
-    for one in found or ():
-        made.put(one.value, one.span)
-    return None if found is None else made
+    return reading.numbers(words, element, name, attribute.span, count, unit, tag)
 
 
 def put_value(entry: Map, key: str, value: Any, element: Element) -> None:

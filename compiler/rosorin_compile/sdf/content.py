@@ -296,7 +296,7 @@ def _relative_to(element: Element, frame: str) -> str:
     """Return an element as XML, with its pose relative to ``frame`` instead of to its link."""
     pose = next((child for child in element.children if child.tag == "pose"), None)
     text, word, at = element.verbatim, f' relative_to="{frame}"', element.opened - element.start
-    if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):
+    if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.values.keys()):
         return text
     if pose is not None:
         at = pose.start - element.start + len("<pose")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,15 +18,16 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import SourceValue
 from rosorin_compile.formats.imported_robot import ReadOptions
-from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, NAME, UNITS, XmlReader
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, NAME, UNITS, XmlReader, artifact_numbers
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import Related, Span, Suggestion, count_of, quote
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
+from rosorin_compile.source.tree import Seq
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml import markup
-from rosorin_compile.source.xml.elements import kept_text, numbers_of
+from rosorin_compile.source.xml.elements import kept_text
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, correction, name_of, words
 
 from .content import RESERVED, UNLIMITED, WORLD
@@ -37,27 +38,32 @@ _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # maximum depth of nested models; deeper nesting is a cycle of includes
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _ROUNDING = 1e-15  # smaller numbers in a pose are rounding errors
+_PLAUSIBLE = min(far for _, far in UNITS.values())  # larger numbers in a pose get an explicit unit
 MAX_MODELS = 1_000  # maximum number of included models
 MAX_ELEMENTS = 200_000  # maximum number of XML elements in all files
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, empty if they were computed."""
+    """A pose and its <pose> element; ``xyz`` and ``rpy`` are the numbers in the file, None if they were computed."""
 
     transform: Transform
-    xyz: Sequence[SourceValue] = ()
-    rpy: Sequence[SourceValue] = ()
+    xyz: Seq | None = None
+    rpy: Seq | None = None
     element: Element | None = None
 
     def entry(self, span: Span) -> dict[str, Any]:
         """Return the keys ``xyz`` and ``rpy`` of an entry, without those that are zero."""
-        xyz = self.xyz or [SourceValue(clean_number(value), span) for value in self.transform.xyz]
-        rpy = self.rpy or [SourceValue(clean_number(value), span) for value in self.transform.rpy()]
-        keys = (("xyz", xyz), ("rpy", rpy))
-        return {
-            key: SourceValue(list(values), values[0].span) for key, values in keys if any(one.value for one in values)
-        }
+        xyz = self.xyz or _sequence(map(clean_number, self.transform.xyz), [span] * 3)
+        rpy = self.rpy or _sequence(map(clean_number, self.transform.rpy()), [span] * 3)
+        return {key: SourceValue(values, values.span) for key, values in (("xyz", xyz), ("rpy", rpy)) if any(values)}
+
+
+def _sequence(values: Iterable[float], spans: list[Span]) -> Seq:
+    made = Seq(spans[0])
+    made += values
+    made.value_spans = spans
+    return made
 
 
 def clean_number(value: float) -> float:
@@ -72,7 +78,7 @@ def is_true(text: str) -> bool:
 
 def name_span(element: Element) -> Span:
     """Return the source position of the name of an element, or of the element if it has no name."""
-    return element.attributes["name"].span if "name" in element.attributes else element.span
+    return element.attributes["name"].span if "name" in element.values else element.span
 
 
 @dataclass(eq=False)
@@ -139,8 +145,8 @@ class Scope:
 
 def relative_to(pose: Element | None) -> Attribute | None:
     """Return the attribute that names the frame of a <pose>, or None if it is relative to its parent element."""
-    found = None if pose is None else pose.attributes.get("relative_to") or pose.attributes.get("frame")
-    return found if found is not None and found.value else None
+    name = "relative_to" if pose is not None and "relative_to" in pose.values else "frame"
+    return pose.attribute(name) if pose is not None and pose.get(name) else None
 
 
 class SdfReader(XmlReader):
@@ -162,16 +168,14 @@ class SdfReader(XmlReader):
         child = self.single(element, tag)
         return None if child is None or not child.text else SourceValue(child.text, markup.place(child))
 
-    def all_of(self, element: Element, count: int, unit: str = "") -> list[SourceValue] | None:
-        if (whole := element.document.whole) is not None:
-            with suppress(ValueError):  # invalid numbers are reported below
-                return [SourceValue(number, whole) for number in numbers_of(element.text, count)]
-        return self.numbers(words(element), element, "", element.span, count, unit)
+    def all_of(self, element: Element, count: int, unit: str = "") -> Seq | None:
+        plain = artifact_numbers(element, element.text, count)
+        return self.numbers(words(element), element, "", element.span, count, unit) if plain is None else plain
 
     def one(self, element: Element | None, tag: str, unit: str = "") -> SourceValue | None:
         child = None if element is None else self.single(element, tag)
         found = None if child is None else self.all_of(child, 1, unit)
-        return found[0] if found else None
+        return SourceValue(found[0], found.value_spans[0]) if found else None
 
     def limit(self, element: Element | None, tag: str, unit: str) -> SourceValue | None:
         """Parse a child of a <limit>; return None if it is missing or infinite, or after reporting an error."""
@@ -192,22 +196,27 @@ class SdfReader(XmlReader):
         if (found := self.all_of(element, 7 if form == "quat_xyzw" else 6)) is None:
             return WrittenPose(Transform(), element=element)
         if form == "quat_xyzw":
-            x, y, z, a, b, c, w = (float(one.value) for one in found)
+            x, y, z, a, b, c, w = map(float, found)
             if any((a, b, c, w)):
-                return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
+                xyz = _sequence(found[:3], found.value_spans[:3])
+                return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), xyz, None, element)
             message = f"the quaternion of {name_of(element)} is zero: no rotation"
             self.error("zero-quaternion", message, element.span, "write a rotation, such as 0 0 0 1 for none")
             return WrittenPose(Transform(), element=element)
         if is_true(element.get("degrees")):
-            found = [*found[:3], *(SourceValue(math.radians(one.value), one.span) for one in found[3:])]
-        xyz, rpy = ([_with_unit(one, unit) for one in found[at : at + 3]] for at, unit in ((0, LENGTHS), (3, ANGLES)))
-        x, y, z, a, b, c = (float(one.value) for one in (*xyz, *rpy))
+            found[3:] = map(math.radians, found[3:])
+        x, y, z, a, b, c = map(float, found)
+        if max(map(abs, found)) > _PLAUSIBLE:
+            found[:] = map(_with_unit, found, [LENGTHS] * 3 + [ANGLES] * 3)
+        xyz, rpy = (_sequence(found[at : at + 3], found.value_spans[at : at + 3]) for at in (0, 3))
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
         """Return the child elements with tags not in ``read``; report misspelled tags and unknown attributes."""
-        is_read = all(child.tag in read for child in element.children)
-        known = {*read} if is_read else {*read, *sdf_elements().get(element.tag, ())}
+        if not {child.tag for child in element.children}.difference(read):
+            self.check_attributes(element, attributes)
+            return []
+        known = {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
         found = [child for child in element.children if child.tag in tags and child.tag not in read]
@@ -276,7 +285,7 @@ class SdfReader(XmlReader):
         return self._fill(Scope(models[0], file, version, None, self._name(models[0]))) if version else None
 
     def _version(self, root: Element) -> tuple[int, ...] | None:
-        attribute, version, newest = root.attributes.get("version"), root.get("version").strip(), _VERSIONS[-1]
+        attribute, version, newest = root.attribute("version"), root.get("version").strip(), _VERSIONS[-1]
         self.need(root, "version")
         if attribute is not None and version not in _VERSIONS:
             message, help = f'SDF of version "{version}" is not read', f"versions {_VERSIONS[0]} to {newest} are"
@@ -297,7 +306,7 @@ class SdfReader(XmlReader):
 
     def _fill(self, scope: Scope) -> Scope:
         outside = self.text(scope.including, "placement_frame") if scope.including is not None else None
-        if (placement := outside or scope.element.attributes.get("placement_frame")) is not None and placement.value:
+        if (placement := outside or scope.element.attribute("placement_frame")) is not None and placement.value:
             message = f"placement_frame of {name_of(scope.element)} is not read: a model is placed by its own frame"
             self.error("sdf-include", message, placement.span, "remove it, and adapt the <pose> of the model")
         for child in scope.element.children:
@@ -354,18 +363,19 @@ class SdfReader(XmlReader):
         if version is not None and name:
             self._add_model(scope, Scope(model, file, version, scope, name, element))
 
-    def require(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
-        """Resolve a name, or report that ``what`` refers to an unknown name and return None."""
+    def require(self, scope: Scope, name: str, span: Span, what: str, of: Element | None = None) -> Node | None:
+        """Resolve a name, or report that ``what`` of an element refers to an unknown name and return None."""
         node = self.canonical(scope) if name == OWN else scope.find(name)
         if node is None:
             help = Suggestion(name, [*scope.nodes], none="the model has nothing with a name")
+            what += f" of {name_of(of)}" if of is not None else ""
             self.error("sdf-name-unknown", f'{what} is "{name}", which is not there', span, help)
         return node
 
     def base(self, node: Node) -> tuple[str, Span]:
         """Return (name of the frame that the pose of a node is relative to, source position of that name)."""
         if (attribute := relative_to(node.written.element)) is None and node.kind == FRAME:
-            attribute = node.element.attributes.get("attached_to")
+            attribute = node.element.attribute("attached_to")
         if attribute is not None and attribute.value:
             return attribute.value, attribute.span
         return (OWN, node.element.span) if node.child is None else (node.child.text, node.child.span)
@@ -388,7 +398,7 @@ class SdfReader(XmlReader):
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
-        found = self.require(node.scope, name.removesuffix(f"::{OWN}"), span, f"relative_to of {name_of(node.element)}")
+        found = self.require(node.scope, name.removesuffix(f"::{OWN}"), span, "relative_to", node.element)
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
     def link_of(self, node: Node, visited: tuple[Node, ...] = ()) -> Node | None:
@@ -399,7 +409,7 @@ class SdfReader(XmlReader):
             message = f"{name_of(node.element)} is attached to itself"
             self.error("sdf-name-unknown", message, node.element.span, "attach it to a link")
             return None
-        visited, attribute = (*visited, node), node.element.attributes.get("attached_to")
+        visited, attribute = (*visited, node), node.element.attribute("attached_to")
         if node.inner is not None:
             return self.canonical(node.inner, visited)
         if node.kind == JOINT:
@@ -407,13 +417,13 @@ class SdfReader(XmlReader):
         elif attribute is None or attribute.value in ("", OWN):
             return self.canonical(node.scope, visited)
         else:
-            found = self.require(node.scope, attribute.value, attribute.span, f"attached_to of {name_of(node.element)}")
+            found = self.require(node.scope, attribute.value, attribute.span, "attached_to", node.element)
         return None if found is None else self.link_of(found, visited)
 
     def canonical(self, scope: Scope, visited: tuple[Node, ...] = ()) -> Node | None:
         """Return the link named by ``canonical_link`` of a model, or its first link, or None if it has no link."""
-        if (attribute := scope.element.attributes.get("canonical_link")) is not None and attribute.value:
-            found = self.require(scope, attribute.value, attribute.span, f"canonical_link of {name_of(scope.element)}")
+        if (attribute := scope.element.attribute("canonical_link")) is not None and attribute.value:
+            found = self.require(scope, attribute.value, attribute.span, "canonical_link", scope.element)
             return None if found is None else self.link_of(found, visited)
         links = (node for node in scope.nodes.values() if node.kind == LINK)
         inner = (self.canonical(node.inner, visited) for node in scope.nodes.values() if node.inner is not None)
@@ -444,9 +454,9 @@ class SdfReader(XmlReader):
         return kept_text(element, made)
 
 
-def _with_unit(one: SourceValue, unit: str) -> SourceValue:
+def _with_unit(value: float, unit: str) -> float:
     dimension, far = UNITS[unit]
-    return SourceValue(Quantity(one.value, dimension, f"{one.value} {unit}"), one.span) if abs(one.value) > far else one
+    return Quantity(value, dimension, f"{value} {unit}") if abs(value) > far else value
 
 
 def _model_in(folder: Path) -> Path | None:

@@ -240,8 +240,7 @@ class _Robot:
         """Return (frame, pose in that frame); the frame is ``link`` or, if ``at_frame``, a frame attached to it."""
         written, base, attribute = self.reading.pose(pose), link, models.relative_to(pose)
         if attribute is not None and pose is not None:
-            what = f"relative_to of {name_of(pose)}"
-            base = self.reading.require(link.scope, attribute.value, attribute.span, what) or link
+            base = self.reading.require(link.scope, attribute.value, attribute.span, "relative_to", pose) or link
         if base is link or (at_frame and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link):
             return base, written
         here = self.bodies.pose(link).inverse().then(self.bodies.pose(base))
@@ -263,7 +262,7 @@ class _Robot:
             return
         shapes = self.entries.links[owner.called].setdefault(element.tag, [])
         reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
-        if (attribute := element.attributes.get("name")) is None or not attribute.value:
+        if (attribute := element.attribute("name")) is None or not attribute.value:
             message = f"a <{element.tag}> of {name_of(link.element)} has no name"
             reading.lenient("missing-attribute", message, element.span, 'add name="..."', "accepts it without")
         elif not NAME.match(attribute.value):
@@ -304,7 +303,7 @@ class _Robot:
         read = ["diffuse"]
         if diffuse is not None:
             made["rgba"] = diffuse
-            if ambient is not None and [one.value for one in ambient.value] == [one.value for one in diffuse.value]:
+            if ambient is not None and ambient.value == diffuse.value:
                 read.append("ambient")
         rest = []
         for child in self.reading.rest(material, read):
@@ -320,7 +319,9 @@ class _Robot:
         values = None if child is None else self.reading.all_of(child, 3 if len(child.text.split()) == 3 else 4)
         if values is None or child is None:
             return None
-        return SourceValue([*values, SourceValue(1, child.span)][:4], child.span)
+        if len(values) == 3:
+            values.put(1, child.span)
+        return SourceValue(values, child.span)
 
     def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
         reading = self.reading
@@ -352,8 +353,8 @@ class _Robot:
             if child is None and unit:
                 reading.error("missing-element", f"{name_of(solid)} has no <{key}>", solid.span, f"add <{key}>")
             values = None if child is None else reading.all_of(child, count, unit)
-            if child is not None and values and (unit or [one.value for one in values] != [1, 1, 1]):
-                sizes[key] = values[0] if count == 1 else SourceValue(values, child.span)
+            if child is not None and values and (unit or values != [1, 1, 1]):
+                sizes[key] = SourceValue(*(values[0], values.value_spans[0]) if count == 1 else (values, child.span))
         made[solid.tag] = SourceValue(sizes, solid.span)
         return None if has_errors(reading.diagnostics[before:]) else solid
 

@@ -5,12 +5,14 @@ reference frame of the other poses. The parent of any other member is the refere
 body, else the topmost member. If the child of a joint does not have its origin on the joint axis, a link is added.
 """
 
+from operator import sub
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import SourceValue
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import cross
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, phrase, quote
+from rosorin_compile.source.tree import Seq
 from rosorin_compile.source.xml.markup import Element, name_of, place
 
 from . import models
@@ -53,8 +55,8 @@ class JointNode(NamedTuple):
 
 def is_near(transform: Transform) -> bool:
     """Return True if a transform is the identity, except for rounding errors."""
-    entries = (*sum(transform.rows, ()), *transform.xyz)
-    return all(abs(a - b) < _NEAR for a, b in zip(entries, (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0), strict=True))
+    distances = map(sub, (*sum(transform.rows, ()), *transform.xyz), (1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0))
+    return all(abs(distance) < _NEAR for distance in distances)
 
 
 class Bodies:
@@ -72,12 +74,10 @@ class Bodies:
             reading.error("sdf-name-unknown", message, attribute.span, "leave it out: the world is what is meant")
         self._body = {node: reading.link_of(node) for node in self.members}
         self.joints: list[JointNode] = []
+        self._joint_to: dict[Node | None, JointNode] = {}  # the joint that moves each link
         for node in (node for node in nodes if node.kind == JOINT):
             self._join(node)
-        self._tops: dict[Node, Node] = {}
-        for joint in self.joints:
-            if (body := self.body_of(joint.child)) is not None:
-                self._tops.setdefault(body, joint.child)
+        self._tops = {body: joint.child for body, joint in self._joint_to.items() if body is not None}
         for link in self.links:
             path = [link]
             while (above := self._base_in_body(path[-1])) is not None and above not in path:
@@ -93,7 +93,7 @@ class Bodies:
         return None if node is None else self._body.get(node)
 
     def _join(self, node: Node) -> None:
-        reading, attribute = self.reading, node.element.attributes.get("type")
+        reading, attribute = self.reading, node.element.attribute("type")
         reading.need(node.element, "type")
         kind = attribute.value if attribute is not None else ""
         if attribute is not None and kind not in _TYPES:
@@ -107,7 +107,7 @@ class Bodies:
         if not parent or not child or kind not in _TYPES:
             return
         body = self.body_of(child[0])
-        first = next((one for one in self.joints if body is not None and self.body_of(one.child) is body), None)
+        first = self._joint_to.get(body)
         if child[0] is None:
             message = f"the child of {name_of(node.element)} is the world, which no joint moves"
             reading.error("sdf-joint", message, child[1], "swap parent and child")
@@ -116,7 +116,8 @@ class Bodies:
             reading.error("sdf-joint", message, child[1], "name another link")
         elif first is None or body is None:
             there = self.pose(node).inverse().then(self.pose(child[0]))
-            self.joints.append(JointNode(node, kind, parent[0], child[0], there))
+            self._joint_to[body] = JointNode(node, kind, parent[0], child[0], there)
+            self.joints.append(self._joint_to[body])
         elif reading.options.checked or kind not in ("ball", "fixed"):  # in our files, these close loops, see write.py
             message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
             if reading.lenient("two-parents", message, node.element.span, "remove one joint", "leaves the second out"):
@@ -124,13 +125,14 @@ class Bodies:
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return (node, source position) for an end of a joint, or None after an error; node is None for the world."""
-        text, reading, name = self.reading.text(node.element, end), self.reading, name_of(node.element)
+        text, reading = self.reading.text(node.element, end), self.reading
         if text is None:
-            reading.error("missing-element", f"{name} has no <{end}>", node.element.span, f"add <{end}>LINK</{end}>")
+            message = f"{name_of(node.element)} has no <{end}>"
+            reading.error("missing-element", message, node.element.span, f"add <{end}>LINK</{end}>")
             return None
         if text.value == WORLD and node.scope.find(WORLD) is None:
             return None, text.span
-        found = reading.require(node.scope, text.value, text.span, f"the {end} of {name}")
+        found = reading.require(node.scope, text.value, text.span, f"the {end}", node.element)
         member = found if found is None or found.kind in (LINK, FRAME) else reading.link_of(found)
         if member is None and found is not None:
             reading.error("sdf-name-unknown", f'"{text.value}" has no link', text.span, "name a link or a frame")
@@ -147,8 +149,7 @@ class Bodies:
         return None if top is node else self._base_in_body(node) or top
 
     def roots(self) -> list[Node]:
-        held = {self.body_of(joint.child) for joint in self.joints}
-        return [self._tops[link] for link in self.links if link not in held]
+        return [self._tops[link] for link in self.links if link not in self._joint_to]
 
     def local_pose(self, node: Node, parent: Node | None) -> WrittenPose:
         """Return the pose of a node relative to ``parent``, as in the file if ``parent`` is its reference frame."""
@@ -163,6 +164,7 @@ class Joints:
 
     def __init__(self, bodies: Bodies, entries: Entries) -> None:
         self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
+        self._names = {joint.node.called for joint in bodies.joints}
         self.stand_ins: dict[str, dict[str, Span]] = {}  # source positions of placeholder limits by key and joint
 
     def read(self, world: str) -> None:
@@ -180,8 +182,8 @@ class Joints:
 
     def fix(self, node: Node, parent: str, pose: WrittenPose, kind: str = "fixed") -> None:
         """Add a joint that is not in the SDF, which connects a frame to its link, or a link to the world."""
-        name, taken = f"{node.called}_joint", {joint.node.called for joint in self.bodies.joints}
-        while name in taken | self.entries.joints.keys():
+        name = f"{node.called}_joint"
+        while name in self._names or name in self.entries.joints:
             name += "_"
         entry = {"type": kind, "parent": parent, "child": node.called, **pose.entry(node.element.span)}
         self.entries.joints[name] = SourceValue(entry, node.element.span)
@@ -222,12 +224,12 @@ class Joints:
                 turned = there.inverse().rotate(direction)
                 entry["axis"] = SourceValue([*map(models.clean_number, turned)], (axis or element).span)
             else:
-                entry["axis"] = SourceValue(numbers, numbers[0].span)
+                entry["axis"] = SourceValue(numbers, numbers.value_spans[0])
             self._details(node, entry, axis)
         if not is_at:
             self.fix(joint.child, child, WrittenPose(joint.there, element=joint.child.written.element))
 
-    def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[SourceValue] | None] | None:
+    def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, Seq | None] | None:
         """Return (axis in the joint frame, its numbers in the file), or None after an error.
 
         The numbers are None if there are none, or if they are in another frame. Up to SDF 1.6, an axis is in the model
@@ -239,8 +241,8 @@ class Joints:
             return _Z, None
         if numbers is None:
             return None
-        x, y, z = (float(one.value) for one in numbers)
-        attribute = xyz.attributes.get("expressed_in")
+        x, y, z = map(float, numbers)
+        attribute = xyz.attribute("expressed_in")
         of_model = attribute is not None and attribute.value == OWN
         frame: Transform | None = None
         if attribute is not None and attribute.value and not of_model:
@@ -306,7 +308,7 @@ class Joints:
     def _mimic(self, element: Element, node: Node, entry: dict[str, Any]) -> None:
         """Set ``mimic`` of a joint: position = multiplier * (leader - reference) + offset."""
         reading = self.reading
-        if (attribute := element.attributes.get("joint")) is None or not attribute.value:
+        if (attribute := element.attribute("joint")) is None or not attribute.value:
             reading.error("missing-attribute", f"{name_of(element)} names no joint", element.span, 'add joint="..."')
             return
         if (leader := node.scope.find(attribute.value)) is None or leader.kind != JOINT:
@@ -318,10 +320,10 @@ class Joints:
             return
         made: dict[str, Any] = {"joint": SourceValue(leader.called, attribute.span)}
         for key in _MIMIC:  # a child element in SDF, an attribute in files for Drake
-            of_drake, number = element.attributes.get(key), reading.one(element, key)
+            of_drake, number = element.attribute(key), reading.one(element, key)
             if of_drake is not None:
                 found = reading.numbers(of_drake.words(), element, key, of_drake.span, 1)
-                number = found[0] if found else None
+                number = SourceValue(found[0], found.value_spans[0]) if found else None
             if number is not None:
                 made[key] = number
         if (reference := made.pop("reference", None)) is not None and reference.value:

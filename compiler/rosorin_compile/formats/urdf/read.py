@@ -122,7 +122,7 @@ class _Reader(XmlReader):
     def robot(self, root: Element, path: Path, springs: bool = True) -> Map:
         """Convert a <robot> to a YAML tree; with ``springs``, read joint springs from <gazebo> elements."""
         tree, source = Map(root.span), Map(root.span)
-        name = root.attributes.get("name")
+        name = root.attribute("name")
         if name is not None and name.value.strip():
             self._check_name(root)
             tree.put("robot", name.value, name.name_span, name.span)
@@ -148,7 +148,7 @@ class _Reader(XmlReader):
                     if element.tag in _SPRING and math.isfinite(value):
                         joint.setdefault_at("dynamics", Map(element.span), element.span)
                         put_value(joint["dynamics"], _SPRING[element.tag], value, element)
-        version = root.attributes.get("version")
+        version = root.attribute("version")
         if version and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
         every = root.iter() if "$" in root.document.source.text else ()
@@ -164,19 +164,20 @@ class _Reader(XmlReader):
     def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
         """Report unknown and missing attributes, and unknown children; record the YAML path of the element."""
         self.check(element, CHILDREN.get(element.tag, ()), _ATTRIBUTES.get(element.tag, ()), keep)
-        self.need(element, *needed)
+        if needed:
+            self.need(element, *needed)
         if path:
             self.paths[id(element)] = path
 
     def put_numbers(self, entry: Map, element: Element, unit: str = PLAIN, keys: dict[str, str] | None = None) -> None:
         """Copy the numeric attributes of an element to an entry; ``unit`` is the unit of joint positions."""
         for name, (count, own) in NUMBERS[element.tag].items():
-            attribute = element.attributes.get(name)
-            if attribute is None or (keys is not None and name not in keys):
+            if name not in element.values or (keys is not None and name not in keys):
                 continue
             if (made := numbers(element, name, count, unit if own == _POSITION_UNIT else own, self)) is not None:
                 span = made.span if count > 1 else made.value_spans[0]
-                entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
+                name_span = element.document.whole or element.attributes[name].name_span
+                entry.put(keys[name] if keys else name, made if count > 1 else made[0], name_span, span)
 
     def _put_text(self, entry: Map, key: str, element: Element, name: str) -> str | None:
         if (value := self.attribute(element, name)) is not None:
@@ -279,7 +280,7 @@ class _Reader(XmlReader):
             self._put_text(made, "file", shape, "filename")
         self.put_numbers(made, shape)
         put_value(entry, shape.tag, made, shape)
-        name = element.attributes.get("name")
+        name = element.attribute("name")
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
         elif name is not None and name.value:
@@ -298,10 +299,10 @@ class _Reader(XmlReader):
     def _origin(self, entry: Map, element: Element, path: TreePath) -> None:
         if (origin := self.single(element, "origin")) is None:
             return
-        self.check_element(origin, None, (*path, "xyz" if "xyz" in origin.attributes else "rpy"))
-        attribute = origin.attributes.get("quat_xyzw")
+        self.check_element(origin, None, (*path, "xyz" if "xyz" in origin.values else "rpy"))
+        attribute = origin.attribute("quat_xyzw")
         self.put_numbers(entry, origin, keys={"xyz": "xyz", **({} if attribute else {"rpy": "rpy"})})
-        if attribute is not None and "rpy" in origin.attributes:
+        if attribute is not None and "rpy" in origin.values:
             message = f"{name_of(origin)} has rpy and quat_xyzw; parsers differ in which one they use"
             self.error("duplicate-element", message, attribute.name_span, "remove rpy or quat_xyzw")
         elif attribute is not None and (quaternion := numbers(origin, "quat_xyzw", 4, PLAIN, self)) is not None:
@@ -363,14 +364,14 @@ class _Reader(XmlReader):
         if tag == "mimic" and self._put_text(entry, "joint", element, "joint") is None:
             return
         for name in ("lower", "upper") if position and tag == "limit" else ():
-            if name not in element.attributes:
+            if name not in element.values:
                 put_value(entry, name, 0, element)  # the default in URDF parsers
         self.put_numbers(entry, element, position)
-        missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
+        missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.values]
         if missing:
             help = "add them: effort is the largest torque or force, velocity the largest speed"
             self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "accepts it")
-        elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
+        elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.values.keys():
             message = f"{name_of(element)} has neither damping nor friction"
             help = "add one, or remove the element: urdfdom, the URDF parser of ROS, rejects the joint"
             self.lenient("missing-attribute", message, element.span, help, "leaves it out")

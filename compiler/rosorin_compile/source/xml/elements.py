@@ -63,7 +63,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
         outer = [*element.ancestors()][-2::-1]
         *above, here = [(e.tag, next(filter(None, map(e.get, _NAMES)), "")) for e in (*outer, element)]
         place = " ".join([*(f"{tag} {name}" for tag, name in above if name), " ".join(here).rstrip()][-3:])
-        own = [(f"{place} {key}", attribute.value) for key, attribute in element.attributes.items()]
+        own = [(f"{place} {key}", value) for key, value in element.values.items()]
         own += [(place, element.text)] if element.text or not (own or element.children) else []
         for where, value in own:
             times[where] += 1
@@ -101,18 +101,17 @@ def found_in(text: str) -> list[FlatElement]:
     with suppress(MarkupError):
         for element in sorted([*_fragment(text).iter()][1:], key=lambda element: element.end):
             tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
-            attributes = {name: attribute.value for name, attribute in element.attributes.items()}
-            found.append(FlatElement(tags, attributes, element.text, element.span.line))
+            found.append(FlatElement(tags, element.values, element.text, element.span.line))
     return found
 
 
 def kept_text(element: Element, text: str = "") -> Text:
     """Return the source text of an element (or ``text`` in its place) plus the namespace declarations that it needs."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
-    names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
+    names = [name for inner in element.iter() for name in (inner.tag, *inner.values) if ":" in name]
     declarations = ""
     for key in dict.fromkeys(f"xmlns:{name.partition(':')[0]}" for name in names):
-        above = next((outer for outer in element.ancestors() if key in outer.attributes), None)
+        above = next((outer for outer in element.ancestors() if key in outer.values), None)
         if above is not None and key not in names:
             address = above.attributes[key].raw.replace('"', "&quot;")
             declarations += f' {key}="{address}"'
@@ -173,6 +172,6 @@ def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
     found = tuple(map(float, text.split()))
     if "_" in text or not all(map(math.isfinite, found)):
         found = tuple(map(number_of, text.split()))  # raises ValueError
-    if count not in (None, len(found)):
+    if count is not None and count != len(found):
         raise ValueError(f'"{text}": {count} numbers are needed')
     return found

@@ -7,7 +7,7 @@ import difflib
 import json
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -134,16 +134,30 @@ class Remark(NamedTuple):
 
 
 class Element:
-    """An XML element. ``start`` and ``end`` are its offsets in the source."""
+    """An XML element. ``start`` is its offset in the source; ``values`` are the values of its attributes by name."""
 
-    __slots__ = ("attributes", "children", "content", "document", "end", "parent", "start", "tag")
+    __slots__ = ("children", "closed", "document", "parent", "remarks", "start", "tag", "values")
 
-    def __init__(self, document: Document, tag: str, parent: Element | None, start: int) -> None:
-        self.document, self.tag, self.parent = document, tag, parent
-        self.start = self.end = start
-        self.attributes: dict[str, Attribute] = {}
-        self.content: list[Element | Remark] = []
+    def __init__(self, of: Document, tag: str, parent: Element | None, start: int, values: dict[str, str]) -> None:
+        self.document, self.tag, self.parent, self.start, self.values = of, tag, parent, start, values
+        self.closed = start  # the offset of its end tag, or of its end if it has no end tag
         self.children: list[Element] = []
+        self.remarks: list[Remark] = []
+
+    @property
+    def attributes(self) -> dict[str, Attribute]:
+        return {name: Attribute(self, name, value) for name, value in self.values.items()}
+
+    @property
+    def content(self) -> list[Element | Remark]:
+        return sorted([*self.children, *self.remarks], key=lambda item: item.start)
+
+    @property
+    def end(self) -> int:
+        """The offset of the end of the element in the source."""
+        text = self.document.source.text
+        is_empty = not (self.children or self.remarks) and text.startswith("/>", self.closed - 2)
+        return self.closed if is_empty else text.index(">", self.closed) + 1
 
     @property
     def opened(self) -> int:
@@ -153,12 +167,12 @@ class Element:
 
     @property
     def texts(self) -> list[Remark]:
-        return [item for item in self.content if isinstance(item, Remark) and item.kind == TEXT]
+        return [item for item in self.remarks if item.kind == TEXT]
 
     @property
     def text(self) -> str:
         """The text of the element without the text of its children, stripped."""
-        return "".join([one.text for one in self.content if isinstance(one, Remark) and one.kind == TEXT]).strip()
+        return "".join([one.text for one in self.remarks if one.kind == TEXT]).strip() if self.remarks else ""
 
     @property
     def span(self) -> Span:
@@ -168,8 +182,11 @@ class Element:
     def verbatim(self) -> str:
         return self.document.source.text[self.start : self.end]
 
+    def attribute(self, name: str) -> Attribute | None:
+        return Attribute(self, name, self.values[name]) if name in self.values else None
+
     def get(self, name: str, default: str = "") -> str:
-        return self.attributes[name].value if name in self.attributes else default
+        return self.values.get(name, default)
 
     def iter(self) -> Iterator[Element]:
         waiting = [self]
@@ -193,7 +210,7 @@ class Document:
         self._starts: list[int] = []  # offsets of lines, found when the first span is needed
         self.before: list[Remark] = []
         self.after: list[Remark] = []
-        self.root = Element(self, "", None, 0)
+        self.root = Element(self, "", None, 0, {})
         self.origin: Callable[[int, int], Span] | None = None  # for generated XML: finds the source of (offset, length)
         self.whole: Span | None = None  # if set, the span of every element, for artifacts without positions
 
@@ -237,7 +254,7 @@ def words(element: Element) -> list[Word]:
 
 def place(element: Element) -> Span:
     """Return the span of the text of an element if the text is a single word, else of the tag."""
-    found = words(element)
+    found = words(element) if element.document.whole is None else []
     return found[0].span if len(found) == 1 else element.span
 
 
@@ -286,10 +303,9 @@ class _Reader:
         self.data = source.text.encode("utf-8", "surrogatepass")  # expat, not encode(), reports surrogates
         self.is_ascii = source.text.isascii()
         self.last = (0, 0)  # offset of the last event, in bytes and in characters
-        self.open: Element | None = None
-        self.depth = self.count = 0
+        self.open: list[Element] = []  # the open elements, outermost first
+        self.count = 0
         self.parser = parser = new_parser()
-        parser.ordered_attributes = True
         parser.StartElementHandler, parser.EndElementHandler = self.start, self.finish
         parser.CommentHandler = lambda text: self.remark(COMMENT, text, "-->")
         parser.ProcessingInstructionHandler = lambda *text: self.remark(INSTRUCTION, " ".join(text).strip(), "?>")
@@ -303,47 +319,42 @@ class _Reader:
         self.last = (byte, last + len(self.data[last_byte:byte].decode("utf-8", "replace")))
         return self.last[1]
 
-    def start(self, tag: str, pairs: list[str]) -> None:
-        start = self.parser.CurrentByteIndex if self.is_ascii else self.here()
+    def start(self, tag: str, values: dict[str, str]) -> None:
+        start, parents = self.parser.CurrentByteIndex if self.is_ascii else self.here(), self.open
+        made = Element(self.document, tag, parents[-1] if parents else None, start, values)
+        if parents:
+            parents[-1].children.append(made)
+        else:
+            self.document.root = made
+        parents.append(made)
         self.count += 1
-        self.depth += 1
-        if self.depth > MAX_DEPTH or self.count > MAX_ELEMENTS:
+        if len(parents) > MAX_DEPTH or self.count > MAX_ELEMENTS:
             rule, message = "xml-too-deep", f"elements are nested deeper than {MAX_DEPTH} levels"
             if self.count > MAX_ELEMENTS:
                 rule, message = "xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements"
             raise MarkupError(error(rule, message, self.document.span(start + 1), "is this the right file?"))
-        made = Element(self.document, tag, self.open, start)
-        for name, value in zip(pairs[::2], pairs[1::2], strict=True) if pairs else ():
-            made.attributes[name] = Attribute(made, name, value)
-        if self.open:
-            self.open.content.append(made)
-            self.open.children.append(made)
-        else:
-            self.document.root = made
-        self.open = made
 
     def finish(self, _tag: str) -> None:
-        if (made := self.open) is not None:
-            # Here, expat is behind an empty element, or at the end tag of another element.
-            end = self.parser.CurrentByteIndex if self.is_ascii else self.here()
-            is_empty = not made.content and self.text.startswith("/>", end - 2)
-            made.end = end if is_empty else self.text.index(">", end) + 1
-            self.open = made.parent
-            self.depth -= 1
+        # Here, expat is behind an empty element, or at the end tag of another element.
+        self.open.pop().closed = self.parser.CurrentByteIndex if self.is_ascii else self.here()
 
     def remark(self, kind: str, text: str, end: str) -> None:
         start, outside = self.here(), self.document.after if self.count else self.document.before
         made = Remark(kind, text, start, self.text.index(end, start) + len(end))
-        (self.open.content if self.open else outside).append(made)
+        (self.open[-1].remarks if self.open else outside).append(made)
 
     def characters(self, text: str) -> None:
-        if self.open is None or text.isspace():
+        if text.isspace() or not self.open:
             return
-        # With buffer_text, expat reports text only after its end. The text begins where the previous item ends.
-        start = self.open.content[-1].end if self.open.content else self.open.opened
-        while start < len(self.text) - 1 and self.text[start].isspace():
-            start += 1
-        self.open.content.append(Remark(TEXT, text, start, self.here()))
+        # With buffer_text, expat reports text only after its end.
+        element, end = self.open[-1], self.here()
+        start = end - len(text.lstrip())
+        if ";" in text or ">" in text or not self.text.startswith(text.lstrip(), start):
+            # It may have entity references or CDATA. It begins where the previous item ends.
+            start = element.content[-1].end if element.content else element.opened
+            while start < len(self.text) - 1 and self.text[start].isspace():
+                start += 1
+        element.remarks.append(Remark(TEXT, text, start, end))
 
     def doctype(self, *_: object) -> None:
         message = "a document type (<!DOCTYPE>) may declare entities, which are not read"
@@ -362,11 +373,11 @@ _PATTERNS = {
 }
 
 
-def _explained(document: Document, code: int, at: int, open_element: Element | None) -> Diagnostic:
+def _explained(document: Document, code: int, at: int, open_elements: Sequence[Element]) -> Diagnostic:
     text, kind, length = document.source.text, expat.errors.messages[code], 1
     at = min(at, max(0, len(text) - 1))
-    tag = open_element.tag if open_element else ""
-    related = [Related("opened here", open_element.span)] if open_element else []
+    tag = open_elements[-1].tag if open_elements else ""
+    related = [Related("opened here", element.span) for element in open_elements[-1:]]
     ends_early = kind in _UNCLOSED or kind == _ERRORS.XML_ERROR_NO_ELEMENTS
     if kind == _ERRORS.XML_ERROR_TAG_MISMATCH:
         at = text.rfind("<", 0, at + 1)

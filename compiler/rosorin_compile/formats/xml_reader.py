@@ -257,17 +257,21 @@ def lacks(element: Element, names: Sequence[str]) -> str:
     return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
 
 
+def sequence(values: Iterable[float], spans: list[Span]) -> Seq:
+    """Return a YAML sequence of numbers with their source positions; its own position is that of the first number."""
+    made = Seq(spans[0])
+    made += values
+    made.value_spans = spans
+    return made
+
+
 def artifact_numbers(element: Element, text: str, count: int) -> Seq | None:
     """Parse ``count`` numbers of a generated file; return None if they are invalid, or if the file has positions."""
-    if (whole := element.document.whole) is None:
-        return None
-    made = Seq(whole)
+    whole = element.document.whole
     try:
-        made += numbers_of(text, count)
+        return None if whole is None else sequence(numbers_of(text, count), [whole] * count)
     except ValueError:
         return None
-    made.value_spans = [whole] * count
-    return made
 
 
 def numbers(element: Element, name: str, count: int, unit: str, reading: XmlReader) -> Seq | None:

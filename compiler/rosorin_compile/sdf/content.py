@@ -22,7 +22,7 @@ from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Ro
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.tree import Text
-from rosorin_compile.source.xml.elements import attribute_value, indent_lines, numbers_of
+from rosorin_compile.source.xml.elements import attribute_value, indented, numbers_of
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
     names = "".join(f" {key}={attribute_value(value)}" for key, value in attributes.items())
     if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < 80:
         return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
-    return Text("\n".join([f"<{tag}{names}>", *(indent_lines(text, "  ") for text in texts), f"</{tag}>"]))
+    return Text("\n".join([f"<{tag}{names}>", *indented(texts, "  "), f"</{tag}>"]))
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import SourceValue
 from rosorin_compile.formats.imported_robot import ReadOptions
-from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, NAME, UNITS, XmlReader, artifact_numbers
+from rosorin_compile.formats.xml_reader import ANGLES, LENGTHS, NAME, UNITS, XmlReader, artifact_numbers, sequence
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import Related, Span, Suggestion, count_of, quote
@@ -54,16 +54,9 @@ class WrittenPose(NamedTuple):
 
     def entry(self, span: Span) -> dict[str, Any]:
         """Return the keys ``xyz`` and ``rpy`` of an entry, without those that are zero."""
-        xyz = self.xyz or _sequence(map(clean_number, self.transform.xyz), [span] * 3)
-        rpy = self.rpy or _sequence(map(clean_number, self.transform.rpy()), [span] * 3)
+        xyz = self.xyz or sequence(map(clean_number, self.transform.xyz), [span] * 3)
+        rpy = self.rpy or sequence(map(clean_number, self.transform.rpy()), [span] * 3)
         return {key: SourceValue(values, values.span) for key, values in (("xyz", xyz), ("rpy", rpy)) if any(values)}
-
-
-def _sequence(values: Iterable[float], spans: list[Span]) -> Seq:
-    made = Seq(spans[0])
-    made += values
-    made.value_spans = spans
-    return made
 
 
 def clean_number(value: float) -> float:
@@ -198,7 +191,7 @@ class SdfReader(XmlReader):
         if form == "quat_xyzw":
             x, y, z, a, b, c, w = map(float, found)
             if any((a, b, c, w)):
-                xyz = _sequence(found[:3], found.value_spans[:3])
+                xyz = sequence(found[:3], found.value_spans[:3])
                 return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), xyz, None, element)
             message = f"the quaternion of {name_of(element)} is zero: no rotation"
             self.error("zero-quaternion", message, element.span, "write a rotation, such as 0 0 0 1 for none")
@@ -208,7 +201,7 @@ class SdfReader(XmlReader):
         x, y, z, a, b, c = map(float, found)
         if max(map(abs, found)) > _PLAUSIBLE:
             found[:] = map(_with_unit, found, [LENGTHS] * 3 + [ANGLES] * 3)
-        xyz, rpy = (_sequence(found[at : at + 3], found.value_spans[at : at + 3]) for at in (0, 3))
+        xyz, rpy = (sequence(found[at : at + 3], found.value_spans[at : at + 3]) for at in (0, 3))
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:

@@ -21,7 +21,7 @@ from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quote
 from rosorin_compile.source.numbers import number_format, numbers, vector
 from rosorin_compile.source.wording import plural
-from rosorin_compile.source.xml.elements import indent_lines
+from rosorin_compile.source.xml.elements import indented
 
 from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
@@ -48,10 +48,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
     return [f"{indent}<{start}>", *filter(None, lines), f"{indent}</{start.split(' ')[0]}>"]
-
-
-def _indented(texts: Iterable[str], indent: str) -> list[str]:
-    return [indent_lines(text, indent) for text in texts]
 
 
 class _Writer:
@@ -117,7 +113,7 @@ class _Writer:
         for joint in (joint for joint in robot.joints if self.content.has_joint(joint)):
             yield from self._joint(joint)
         yield from self._closed()
-        yield from _indented(self.kept.model, "    ")
+        yield from indented(self.kept.model, "    ")
         yield "  </model>"
         yield "</sdf>"
 
@@ -144,7 +140,7 @@ class _Writer:
             for link in self.carried[name]:
                 for called, solid in shapes.get(link, ()):
                     lines += self._shape(link, called, solid, purpose)
-        lines += [*self.sensors.get(name, ()), *_indented(self.kept.links.get(name, ()), "      ")]
+        lines += [*self.sensors.get(name, ()), *indented(self.kept.links.get(name, ()), "      ")]
         return _element(f"link{attributes(name=name)}", lines, "    ")
 
     def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> list[str]:
@@ -155,13 +151,13 @@ class _Writer:
         if purpose == "visual":
             look = self._look(solid, inner.get("material", ()))
             lines = [pose and f"        {pose}", f"        {geometry}", look and f"        <material>{look}</material>"]
-            return _element(start, [*lines, *_indented(texts, "        ")], "      ")
+            return _element(start, [*lines, *indented(texts, "        ")], "      ")
         friction = solid.contact.sliding_friction if solid.contact else None
         surface = {} if friction is None else dict.fromkeys(("mu1", "mu2"), self.number(friction))
         texts += collision_elements(surface | self.kept.collisions.get(link, {}), {element.tag for element in own})
         if not texts:
             return [f"      <{start}>{pose}{geometry}</collision>"]
-        return _element(start, [f"        {pose}{geometry}", *_indented(texts, "        ")], "      ")
+        return _element(start, [f"        {pose}{geometry}", *indented(texts, "        ")], "      ")
 
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
         shape, number, tag = solid.geometry, self.number, type(solid.geometry).__name__.lower()
@@ -186,7 +182,7 @@ class _Writer:
         if not (joint.is_fixed or joint.is_axleless):
             lines += _element("axis", self._axis(joint, inner), "      ")
         texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in own)]
-        lines += [*self.sensors.get(f"joint {joint.name}", ()), *_indented(texts, "      ")]
+        lines += [*self.sensors.get(f"joint {joint.name}", ()), *indented(texts, "      ")]
         return _element(f"joint{attributes(name=self.names[joint.name], type=joint.type)}", lines, "    ")
 
     def _ends(self, pose: Pose, parent: str, child: str) -> list[str]:
@@ -212,7 +208,7 @@ class _Writer:
             text = f"<multiplier>{number(mimic.multiplier)}</multiplier><offset>{number(mimic.offset)}</offset>"
             leader = attributes(joint=self.names[mimic.joint])
             lines.append(f"        <mimic{leader}>{text}<reference>0</reference></mimic>")
-        return [*lines, *_indented(more.get("axis", ()), "        ")]
+        return [*lines, *indented(more.get("axis", ()), "        ")]
 
     def _closed(self) -> Iterator[str]:
         """Yield a ball or fixed joint for each kinematic loop, or constraints for Drake, which rejects such joints."""

@@ -7,7 +7,7 @@ shapes; an inertial of zero prevents this (tested with libsdformat 12, PyBullet 
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.wording import count_of, plural, quote
-from rosorin_compile.source.xml.elements import indent_lines
+from rosorin_compile.source.xml.elements import indented
 
 from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
@@ -388,18 +388,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
                 mass = attributes(value=number(link.inertial.mass))
                 inertials.append((_origin(link.inertial.pose, number), mass, moments))
             shapes = ([_shape(shape, number) for shape in some] for some in (link.visual, link.collision))
-            links.append((attributes(name=link.name), inertials, *shapes, _indented(link.urdf_elements, "    ")))
+            links.append((attributes(name=link.name), inertials, *shapes, indented(link.urdf_elements, "    ")))
         steps.append((links, [] if joint is None else [_joint(joint, number)]))
     stand_ins = {shape.stand_in for _, solid in content.shapes.values() for shape in solid if shape.stand_in}
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if version == "1.0" else {"version": version}))
     values["materials"] = [(attributes(name=m.name), _look(m.rgba, m.texture, number)) for m in shown.materials]
-    values["elements"] = _indented(shown.urdf_elements, "  ")
+    values["elements"] = indented(shown.urdf_elements, "  ")
     return templates.own("core/robot.urdf.jinja", values), list(content.diagnostics())
-
-
-def _indented(texts: Iterable[str], indent: str) -> list[str]:
-    return [indent_lines(text, indent) for text in texts]
 
 
 def _look(rgba: Sequence[float] | None, texture: str, number: NumberFormat) -> str:
@@ -416,7 +412,7 @@ def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
     else:
         sizes = {key: number(getattr(shape, key)) for key in ("radius", "length") if hasattr(shape, key)}
     name, material = (attributes(name=text) if text else "" for text in (solid.name, solid.material))
-    look, kept = _look(solid.rgba, solid.texture, number), _indented(solid.urdf_elements, "      ")
+    look, kept = _look(solid.rgba, solid.texture, number), indented(solid.urdf_elements, "      ")
     return name, _origin(solid.pose, number), type(shape).__name__.lower(), attributes(**sizes), material, look, kept
 
 
@@ -441,4 +437,4 @@ def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:
             inner.append((tag, attributes(**leader, **{key: number(value) for key, value in values.items()})))
     names = attributes(name=joint.name, type=joint.type)
     ends = attributes(link=joint.parent), attributes(link=joint.child)
-    return (names, *ends, _origin(joint.origin, number), inner, _indented(joint.urdf_elements, "    "))
+    return (names, *ends, _origin(joint.origin, number), inner, indented(joint.urdf_elements, "    "))

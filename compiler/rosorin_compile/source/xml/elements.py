@@ -4,6 +4,7 @@ import math
 import re
 import textwrap
 from collections import Counter
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
@@ -128,6 +129,11 @@ def indent_lines(text: str, indent: str) -> str:
         return indent + text
     lines = textwrap.dedent("\n".join(rest)).split("\n")
     return "\n".join([indent + first, *(indent + line if line else "" for line in lines)])
+
+
+def indented(texts: Iterable[str], indent: str) -> list[str]:
+    """Indent each of several strings of XML elements, see ``indent_lines``."""
+    return [indent_lines(text, indent) for text in texts]
 
 
 _MARKUP = re.compile(

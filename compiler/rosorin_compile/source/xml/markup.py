@@ -346,11 +346,10 @@ class _Reader:
     def characters(self, text: str) -> None:
         if text.isspace() or not self.open:
             return
-        # With buffer_text, expat reports text only after its end.
+        # With buffer_text, expat reports text after its end. With references or CDATA, it is longer in the source.
         element, end = self.open[-1], self.here()
         start = end - len(text.lstrip())
         if ";" in text or ">" in text or not self.text.startswith(text.lstrip(), start):
-            # It may have entity references or CDATA. It begins where the previous item ends.
             start = element.content[-1].end if element.content else element.opened
             while start < len(self.text) - 1 and self.text[start].isspace():
                 start += 1

@@ -10,13 +10,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.language.annotations import misfits_of, validator, words_of
-from rosorin_compile.language.lower import LoweringError, pose_of_entry, vector_of
+from rosorin_compile.language.lower import LoweringError, record_of
 from rosorin_compile.language.schema import subject
 from rosorin_compile.language.sections.links import lower_shape
-from rosorin_compile.model import Box, HeightMap, Joint, Limit, Link, Output, Robot, Shape
+from rosorin_compile.model import Box, HeightMap, Joint, Link, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
-from rosorin_compile.model.link import Source
+from rosorin_compile.model.link import Source as Provenance
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error
@@ -28,8 +28,8 @@ from .imported_robot import ImportedRobot, as_tree
 from .robot_files import accept
 from .templating import Templates
 
+_ANY_PULSE = (-(10**9), 10**9)
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
-_ANY_PULSES = (-(10**9), 10**9)  # a file does not contain the range
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
@@ -130,10 +130,9 @@ def read(text: str) -> Robot:
     model = _finite_json(text)
     try:
         return _robot_of(model)
-    except (AttributeError, KeyError, TypeError, ValueError, LoweringError) as problem:
-        for misfit in misfits_of(validator("robot_model"), model):  # report only the first violation
-            raise ValueError(f"not a driver's model: {words_of(misfit)}") from None
-        raise ValueError(str(problem)) from None
+    except (AttributeError, KeyError, LoweringError, TypeError, ValueError) as problem:
+        wrong = (f"not a driver's model: {words_of(misfit)}" for misfit in misfits_of(validator("robot_model"), model))
+        raise ValueError(next(wrong, str(problem))) from None  # report only the first violation
 
 
 def _finite_json(text: str) -> Any:
@@ -146,24 +145,16 @@ def _finite_json(text: str) -> Any:
 
 
 def _robot_of(model: Mapping[str, Any]) -> Robot:
-    joints = []
-    for name, one in model["joints"].items():
-        limit = None
-        if one["limit"] is not None:
-            lower, upper = map(float, one["limit"])
-            limit = Limit(lower, upper)
-        ends = (str(one["type"]), str(one["parent"]), str(one["child"]))
-        joints.append(Joint(name, *ends, pose_of_entry(one), vector_of(one["axis"]), limit))
-    shapes: dict[str, list[Shape]] = {end: [] for joint in joints for end in (joint.parent, joint.child)}
-    for name, entry, stand_in in _shapes(model):
-        shapes.setdefault(name, []).append(lower_shape(entry, accepts=lambda _: True, stand_in=stand_in))
-    links = tuple(Link(name, collision=tuple(some)) for name, some in shapes.items())
-    servos = []
-    if "pulse_to_rad" in model:
-        one = model["pulse_to_rad"]
-        numbers = (float(one["rad_per_pulse"]), int(one["zero"]), bool(one["flipped"]))
-        servos.append(ServoGroup("pulse_to_rad", tuple(one["joints"]), *numbers, pulse_range=_ANY_PULSES))
-    return Robot("robot", links, tuple(joints), servos=tuple(servos), source=Source(note=str(model["source"])))
+    entries, joints, links = _description(model, model["source"]), list[Joint](), list[Link]()
+    for name, joint in entries["joints"].items():  # the JSON has an axis even for fixed joints
+        joints.append(record_of(Joint, {**joint, "axis": model["joints"][name]["axis"]}, name=name))
+    for name, link in sorted(entries["links"].items()):
+        shapes, accepts = link.get("collision", ()), lambda _: True
+        solids = (lower_shape(one, (), accepts, one.get("source", {}).get("note", "")) for one in shapes)
+        links.append(Link(name, collision=tuple(solids)))
+    groups = entries.get("servos", {}).items()  # the file does not contain the range of pulses
+    servos = tuple(record_of(ServoGroup, group, name=name, pulse_range=_ANY_PULSE) for name, group in groups)
+    return Robot("robot", tuple(links), tuple(joints), source=Provenance(note=model["source"]), servos=servos)
 
 
 def _load(opened: ImportFile) -> ImportedRobot:
@@ -193,9 +184,15 @@ def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> d
             limit = entry["limit"] and {"limit": dict(zip(("lower", "upper"), entry["limit"], strict=True))}
             joints[name] |= {"axis": entry["axis"], **(limit or {})}
         links |= {entry[end]: {} for end in ("parent", "child")}
-    for name, shape, stand_in in _shapes(model):
-        source = {"source": {"status": "stand_in", "note": stand_in}} if stand_in else {}
-        links.setdefault(name, {}).setdefault("collision", []).append({**shape, **source})
+    shapes = [(name, {"box": {"min": box["min"], "max": box["max"]}}) for name, box in model["boxes"].items()]
+    if "chassis_heightmap" in model:
+        found = model["chassis_heightmap"]
+        names = {"origin": "origin_xy", "cell": "cell", "heights": "z", "method": "method"}
+        grid = {key: found[name] for key, name in names.items() if key != "method" or found[name]}
+        source = {"source": {"status": "stand_in", "note": found["stand_in"]}} if "stand_in" in found else {}
+        shapes.append((found["frame"], {"height_map": grid, **source}))
+    for name, shape in shapes:
+        links.setdefault(name, {}).setdefault("collision", []).append(shape)
     sections = {"robot": robot, "source": {"status": "imported", "note": note}, "links": links, "joints": joints}
     if "pulse_to_rad" in model:  # the range of pulses follows from the joint limits
         entry = model["pulse_to_rad"]
@@ -207,17 +204,6 @@ def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> d
         group["pulse_range"] = [math.floor(pulses[0]), math.ceil(pulses[-1])]
         sections["servos"] = {"pulse_to_rad": {**group, "source": {"status": "stand_in", "note": _RANGE_NOTE}}}
     return sections
-
-
-def _shapes(model: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]:
-    """Yield (link, shape as in a description, note if it is a stand-in)."""
-    for name, box in model["boxes"].items():
-        yield name, {"box": {"min": box["min"], "max": box["max"]}}, ""
-    if "chassis_heightmap" in model:
-        found = model["chassis_heightmap"]
-        names = {"origin": "origin_xy", "cell": "cell", "heights": "z", "method": "method"}
-        grid = {key: found[name] for key, name in names.items() if key != "method" or found[name]}
-        yield found["frame"], {"height_map": grid}, found.get("stand_in", "")
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -236,7 +222,7 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 
 _NAME = {"$ref": "#/$defs/name"}
 _JOINTS = "Joints to write, in this order; default: all except simulation-only joints."
-_RENAME = {"type": "object", "additionalProperties": _NAME, "description": "Link names, mapped to artifact names."}
+_RENAME = "Link names, mapped to artifact names."
 FORMAT = Format(
     name="robot_model",
     word="driver's model",
@@ -251,7 +237,7 @@ FORMAT = Format(
     ),
     options={
         "joints": {"type": "array", "items": _NAME, "description": _JOINTS},
-        "rename": _RENAME,
+        "rename": {"type": "object", "additionalProperties": _NAME, "description": _RENAME},
         "servos": {**_NAME, "description": "Servo group for pulse_to_rad; required if there are several."},
         "source": {"type": "string", "description": "Value of the key source; default: note of the robot's source."},
     },

@@ -101,8 +101,7 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
         return
     try:
         if format.schema:
-            data = (format.data or json_of)(artifact.text)
-            for problem in misfits(format.schema, data):
+            for problem in misfits(format.schema, (format.data or json_of)(artifact.text)):
                 yield f"{artifact.file} does not fit schemas/{format.schema}.schema.json: {problem}"
         found = leaves(format.read(artifact.text)) if format.read is not None else {}
     except (ValueError, TypeError) as problem:

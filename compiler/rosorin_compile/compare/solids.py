@@ -133,7 +133,8 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     turn = noise + join_errors(one.turn_tolerance, other.turn_tolerance)
     if math.dist(one.centre, other.centre) > length:
         return False
-    is_turned = any(abs(a - b) > turn for a, b in zip(chain(*one.rows), chain(*other.rows), strict=True))
+    entries = zip(chain(*one.rows), chain(*other.rows), strict=True)
+    is_turned = one.rows != other.rows and any(abs(a - b) > turn for a, b in entries)
     same_sizes = all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
     if one.kind == "sphere" or not is_turned:
         return same_sizes
@@ -147,8 +148,8 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
 
 def same_colour(one: Rgba | None, other: Rgba | None, least: float) -> bool:
     """Return True if two colours differ by at most ``least`` in each component, or if neither is set."""
-    if one is None or other is None:
-        return one is other
+    if one is None or other is None or one == other:
+        return one == other
     return all(abs(a - b) <= least for a, b in zip(one, other, strict=True))
 
 

@@ -105,10 +105,12 @@ def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, 
     if isinstance(old, Pose) and isinstance(new, Pose):
         return near("xyz", old.xyz, new.xyz) and same_turn(old.rpy, new.rpy, precisions, tolerance)
     if isinstance(old, Shapes) and isinstance(new, Shapes):
-        first, second = old.solids(), new.solids()
-        if len(first) == len(second) and all(same(*both, tolerance) for both in zip(first, second, strict=True)):
-            return True
-        first, second = (shapes.solids(p) for shapes, p in zip((old, new), precisions, strict=True))
+        sides = old.shapes, new.shapes
+        if len(old.shapes) == len(new.shapes):  # leave out equal shapes, so that few are matched
+            pairs = [(a, b) for a, b in zip(*sides, strict=True) if a != b]
+            pairs = [(a, b) for a, b in pairs if not same(solid_of(a), solid_of(b), tolerance)]
+            sides = tuple(a for a, _ in pairs), tuple(b for _, b in pairs)
+        first, second = (Shapes(shapes).solids(p) for shapes, p in zip(sides, precisions, strict=True))
         rest = match(first, second, tolerance)
         return not rest.old and not rest.new
     key = "position" if kind == "pose" else "xyz" if quantity == "centre of mass" else quantity.rpartition(" ")[2]
@@ -116,8 +118,9 @@ def _same(kind: str, quantity: str, old: Any, new: Any, precisions: Precisions, 
         return near(key, (old,), (new,))
     if isinstance(old, (tuple, list)) and isinstance(new, (tuple, list)):
         if quantity == "inertia":
-            least = known_inertia(old, new, precisions, tolerance)
-            return all(abs(a - b) <= least for a, b in zip(old, new, strict=True))
+            apart, least = [abs(a - b) for a, b in zip(old, new, strict=True)], tolerance * max(map(abs, old))
+            least = least if all(one <= least for one in apart) else known_inertia(old, new, precisions, tolerance)
+            return all(one <= least for one in apart)
         if len(old) != len(new) or all(map(is_number, (*old, *new))):
             return len(old) == len(new) and near(key, old, new)
         return all(_same(kind, key, *both, precisions, tolerance) for both in zip(old, new, strict=True))
@@ -307,7 +310,9 @@ def _flatten(value: Any, path: str, entry: dict[str, Any]) -> None:
     """Add the values of a nested object that are not defaults to ``entry``; the keys begin with ``path``."""
     if value is None or value == () or value == "" or value == {}:
         return
-    if isinstance(value, Mapping):
+    if type(value) in (float, str):
+        entry[path] = value
+    elif isinstance(value, Mapping):
         for key, inner in value.items():
             _flatten(inner, f"{path} {key}".strip(), entry)
     elif is_dataclass(value) and not isinstance(value, Pose):
@@ -369,8 +374,7 @@ def _signs(side: Leaves, links: Collection[str], sign: str, renamed: Names) -> d
         elif sign == "child" and kind == "frame" and of.get("parent") in links:
             signs.append((of["parent"], (name,)))
         elif sign == "place" and kind == "frame" and name in links and isinstance(origin, Pose):
-            numbers = (round(x, _DIGITS) + 0.0 for x in (*origin.xyz, *origin.rpy))
-            signs.append((name, (of.get("parent", ""), *numbers)))
+            signs.append((name, (of.get("parent", ""), *(round(x, _DIGITS) + 0.0 for x in (*origin.xyz, *origin.rpy)))))
     for link, value in signs:
         key = (renamed.get(value[0], value[0]), *value[1:])
         if found.setdefault(key, link) != link:

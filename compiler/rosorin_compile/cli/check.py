@@ -153,8 +153,7 @@ def _check_every(run: Run, description: Description) -> int:
     for number, combination in enumerate(tried, 1):
         Progress.set_topic(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
-        compiled = replace(request, arguments={**values, **texts}, argument_files=()).compile()
-        for diagnostic in compiled.diagnostics:
+        for diagnostic in replace(request, arguments={**values, **texts}, argument_files=()).compile().diagnostics:
             if diagnostic.severity != NOTE:
                 found.setdefault(diagnostic, []).append(combination)
         request = replace(request, warn=lambda _: None)  # print warnings only for the first combination
@@ -208,11 +207,10 @@ def run_diff(run: Run) -> int:
         raise RequestError(f'--tolerance: "{run.tolerance}" is not a number from zero upwards')
     take_stdin(run.words)
     requests = [replace(run.request(run.find_robot(word)), warn=None) for word in run.words]
-    values = requests[0].values()
     settings = {"a_arguments": run.a_arg, "b_arguments": run.b_arg, "packages": run.packages}
     settings |= {"trust": run.trust, "brief": run.format == "text" and not run.full}
     first, second = run.words
-    found = api.diff(first, second, run.tolerance, run.prefix, arguments=values, **settings)
+    found = api.diff(first, second, run.tolerance, run.prefix, arguments=requests[0].values(), **settings)
     if refused := [one for one in found.diagnostics if one.help == NO_ARGUMENTS]:
         raise RequestError(refused[0].message)
     run.console.show(found.diagnostics)

@@ -305,10 +305,9 @@ def write_depfile(
         if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
             sources.append(Path(files.label(folder)))
     names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
-    text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
     if os.path.realpath(path) in map(os.path.realpath, (*sources, *made)):
         raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", "name another file")
-    write_file(path, os.fsencode(text), may_replace=is_depfile)
+    write_file(path, os.fsencode(" \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"), may_replace=is_depfile)
     for file in newer:
         os.utime(file)
 

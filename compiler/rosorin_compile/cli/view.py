@@ -72,9 +72,8 @@ def run_picture(run: Run) -> int:
 
     if (size := re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", run.size)) is None:
         raise RequestError(f'"{run.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
-    request = run.request(run.only_robot())
     picked = run.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
-    result = picture(request, run.output, **picked, size=(int(size[1]), int(size[2])))
+    result = picture(run.request(run.only_robot()), run.output, **picked, size=(int(size[1]), int(size[2])))
     run.console.show(result.diagnostics)
     if not result.drawn:
         return PROBLEMS

@@ -98,9 +98,8 @@ class Bodies:
     def line(self, joint: Joint, target: str) -> Line:
         """Return the axis of a joint in the frame of ``target``, a link that the joint moves."""
         place = self.relative(joint.child, target).inverse()
-        axis = place.transform.rotate(unit(joint.axis))
         tilt = 2 * ROOT_THREE * self.precision("axis", *joint.axis) / norm(joint.axis)
-        return Line(axis, place.transform.xyz, place.angle + tilt, place.length)
+        return Line(place.transform.rotate(unit(joint.axis)), place.transform.xyz, place.angle + tilt, place.length)
 
 
 def gap(one: RoundedTransform, other: RoundedTransform, tolerance: float) -> tuple[Apart, Apart]:

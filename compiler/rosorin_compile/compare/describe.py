@@ -44,8 +44,7 @@ class Describer(NamedTuple):
         quantities = {one.address for one in differences}
         for one in differences:
             kind, name, quantity = one.address
-            leader = Address(kind, name, "mimic joint")
-            if quantity in ("mimic multiplier", "mimic offset") and leader in quantities:
+            if quantity in ("mimic multiplier", "mimic offset") and Address(kind, name, "mimic joint") in quantities:
                 continue
             if quantity in ("centre of mass", "inertia") and None in (one.old, one.new):
                 continue  # the sentence about a new or removed mass is sufficient
@@ -210,8 +209,7 @@ def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int,
 
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
-    tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
-    if not same_colour(one.rgba, other.rgba, tint):
+    if not same_colour(one.rgba, other.rgba, NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)):
         yield sentences.colour_change(start, one.rgba, other.rgba)
     before, after = one.words, other.words
     if one.kind != other.kind:  # ``_numbers`` reports the new kind with the mesh file

@@ -108,8 +108,7 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
     edges += ((robot.joint[edge.joint], edge, edge.when) for edge in turns)
     for joint, published, when in edges:
         arguments: list[str] = []
-        numbers = zip((*_XYZ, *_RPY), (*joint.origin.xyz, *joint.origin.rpy), strict=True)
-        for flag, value in numbers:
+        for flag, value in zip((*_XYZ, *_RPY), (*joint.origin.xyz, *joint.origin.rpy), strict=True):
             digits = METRE_DIGITS if flag in _XYZ else RADIAN_DIGITS
             arguments += [flag, decimal(value) if is_exact else to_fixed(value, digits)]
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]

@@ -295,8 +295,7 @@ class Search(Bodies):
 
 
 def _never(pair: Pair, distance: float) -> DisabledCollision:
-    far = (None, FAR) if distance >= FAR else (_rounded(distance),)
-    return DisabledCollision(pair, DisabledCollision.NEVER, *far)
+    return DisabledCollision(pair, DisabledCollision.NEVER, *(None, FAR) if distance >= FAR else (_rounded(distance),))
 
 
 def _rounded(length: float) -> float:

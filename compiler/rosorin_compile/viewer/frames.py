@@ -281,8 +281,7 @@ def _cubes(group: Sequence[Mapping[str, bool]]) -> list[Mapping[str, bool]]:
         cube = left[0]
         for removed in left[0]:
             wider = {mode: on for mode, on in cube.items() if mode != removed}
-            size = 2 ** (len(left[0]) - len(wider))
-            if sum(wider.items() <= modes.items() for modes in group) == size:
+            if sum(wider.items() <= modes.items() for modes in group) == 2 ** (len(left[0]) - len(wider)):
                 cube = wider
         left = [modes for modes in left if not cube.items() <= modes.items()]
         cubes.append(cube)

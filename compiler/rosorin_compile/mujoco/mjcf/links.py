@@ -350,8 +350,7 @@ def _drives_of(state: ImportState) -> dict[int, Drive]:
         arrays = (fact["gear"][:1], fact["forcerange"], fact["ctrlrange"])
         gear, force, control = (float(max(map(abs, values))) for values in arrays)
         effort = gear * force if fact["forcelimited"] else None
-        is_plain = (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS)
-        if effort is None and is_plain and fact["ctrllimited"]:
+        if effort is None and (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS) and fact["ctrllimited"]:
             effort = gear * abs(float(fact["gainprm"][0])) * control
         if index in drives:
             total = drives[index].effort

@@ -129,8 +129,7 @@ class Classes:
             parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
             saved = [self._saved(one) for one in parts]
             apart = len({one.words for one in parts} - {"", "joint"}) == len(parts) and min(saved) > 0
-            shorter = sum(max(0, more) for more in saved) >= self._saved(whole)
-            yield from parts if apart or shorter else [whole]
+            yield from parts if apart or sum(max(0, more) for more in saved) >= self._saved(whole) else [whole]
 
     def _alike(self, places: Iterable[int], without: Sequence[str]) -> list[list[int]]:
         groups: dict[object, list[int]] = {}

@@ -262,8 +262,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
     if any(not 0 <= value <= 1 for value in numbers("softness")):
         yield "softness", f"has a softness of {number(values['softness'])}", "write a number from 0 to 1"
     if chip and "sensorsize" not in values:
-        help = "write the size of the image sensor, [WIDTH, HEIGHT] in m"
-        yield chip[0], f"has {chip[0]} but no sensorsize", help
+        yield chip[0], f"has {chip[0]} but no sensorsize", "write the size of the image sensor, [WIDTH, HEIGHT] in m"
     if "dir" in values and tag == "light" and not any(numbers("dir")):
         yield "dir", "has a direction of length zero", "write one, such as [0, 0, -1]"
     if "sensorsize" in values and ("fovy" in values or not {"focal", "focalpixel"} & values.keys()):
@@ -272,8 +271,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
         if any(value <= 0 for value in numbers(key)):
             yield key, f"has a {key} that is not above zero", ""
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
-        message = f"has a field of view of {number(values['fovy'])} degrees"
-        yield "fovy", message, "write an angle between 0 and 180"
+        yield "fovy", f"has a field of view of {number(values['fovy'])} degrees", "write an angle between 0 and 180"
     if str(values.get("mode", "")).startswith("targetbody") != ("target" in values):
         key = "target" if "target" in values else "mode"
         yield key, 'needs both "mode: targetbody" and "target: LINK", or neither', ""

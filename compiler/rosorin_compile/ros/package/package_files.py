@@ -92,7 +92,6 @@ def _setup_installs(text: str, file: str) -> bool:
 
 def undeclared_packages(package: Path, launch: Sequence[str]) -> list[str]:
     """Return the packages that launch files need and package.xml lacks; ``launch`` are the texts of launch files."""
-    text = _text(package / "package.xml")
-    declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
+    declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", _text(package / "package.xml")))
     started = [name for name in _NODES if any(name in one for one in launch)]
     return [name for name in started if name not in declared]

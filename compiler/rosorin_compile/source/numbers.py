@@ -37,8 +37,10 @@ def round_to_shortest(value: float, largest: float = 0.0) -> float:
         return 0.0
     # Start with so few decimals that at most one number is within the bound. Two more decimals are always enough.
     decimals = -math.floor(math.log10(bound)) - 2
-    candidates = (round(value, decimals + more) for more in range(3))
-    return next((near + 0.0 for near in candidates if abs(near - value) <= bound), value)
+    for digits in range(decimals, decimals + 3):
+        if abs((near := round(value, digits)) - value) <= bound:
+            return near + 0.0
+    return value
 
 
 @lru_cache(maxsize=20_000)

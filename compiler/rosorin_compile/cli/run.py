@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _MARK = ":="  # separates name and value of an argument, as in xacro
 _MAX_STDIN = 100_000_001  # bytes; more than the limit of every reader, so that readers report input that is too large
-_DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
+_DEPFILE = rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n"
 _stdin_read: list[Any] = []  # [sys.stdin] after a robot was read from it
 
 
@@ -292,7 +292,7 @@ def write_depfile(
 
     def is_depfile(old: Path) -> bool:
         data = old.read_bytes()
-        return not data.strip() or _DEPFILE.fullmatch(data) is not None
+        return not data.strip() or re.fullmatch(_DEPFILE, data) is not None
 
     path = Path(run.depfile)
     # A build tool would try to make a missing file, so list its folder instead. Do not list a folder outside of the

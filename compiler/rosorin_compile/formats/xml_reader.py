@@ -24,8 +24,8 @@ UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # (dimension, larg
 
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # the pattern of names in descriptions
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
-_INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
-_NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
+_INTEGER = r"[-+]?[0-9]{1,18}\Z"
+_NAME_IN_TAG = r'(<[^\s>]+) name="[^"]*">'  # see ``named``
 # Elements that must not occur twice with different contents, because parsers differ in which one they use.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")
@@ -88,7 +88,7 @@ class XmlReader:
         """Return all diagnostics; those about similar elements that are omitted or ignored are merged."""
         groups: dict[object, list[Diagnostic]] = {}
         for index, one in enumerate(self.diagnostics):
-            kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
+            kind = (re.sub(_NAME_IN_TAG, r"\1>", one.message), one.help) if one.rule in _GATHERED else index
             groups.setdefault(kind, []).append(one)
         return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
@@ -192,7 +192,7 @@ class XmlReader:
             message = f'{_described(element, name)}: "{text[:40]}" is {wrong}'
             self.error("not-a-number", message, word.span, _advice(text))
             return None
-        value: float = int(text) if _INTEGER.match(text) else float(text)
+        value: float = int(text) if re.match(_INTEGER, text) else float(text)
         if unit not in UNITS:
             return value
         dimension, far = UNITS[unit]

@@ -187,12 +187,12 @@ def kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
     return _OF_MJCF.get(attribute, "")
 
 
-_FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
+_FILE = r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')"""
 
 
 def files_in(text: str) -> list[str]:
     """Return the file names in a string of XML elements: meshes, textures, height fields and skins."""
-    return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
+    return [quoted[1:-1] for _, quoted in re.findall(_FILE, text) if quoted[1:-1].strip()]
 
 
 def with_files(text: str, rename: Callable[[str], str]) -> str:
@@ -202,7 +202,7 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
         name, quote = found[2][1:-1], found[2][0]
         return f"{found[1]}{quote}{rename(name)}{quote}" if name.strip() else found[0]
 
-    return _FILE.sub(one, text)
+    return re.sub(_FILE, one, text)
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:

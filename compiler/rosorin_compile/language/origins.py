@@ -24,8 +24,8 @@ _POSE = ("xyz", "rpy")
 _OF_USE = ("name", "frame")  # names that are defined in every part or sensor type
 MAX_TEXT = 80
 # A name with keys, such as rows[0].mass; quoted text is skipped.
-_NAME = re.compile(r"""'[^']*'|"[^"]*"|(?<![\w.])([^\W\d]\w*)((?:\.[^\W\d]\w*|\[[^][]*\])*)""")
-_STEP = re.compile(r"\.([^\W\d]\w*)|\[([^][]*)\]")
+_NAME = r"""'[^']*'|"[^"]*"|(?<![\w.])([^\W\d]\w*)((?:\.[^\W\d]\w*|\[[^][]*\])*)"""
+_STEP = r"\.([^\W\d]\w*)|\[([^][]*)\]"
 
 _Places = dict[tuple[int, int], "Piece"]
 
@@ -264,10 +264,10 @@ def _names_used(value: Any) -> Iterator[tuple[str, str]]:
 
 
 def _chains(text: str) -> Iterator[tuple[str, str]]:
-    for name, keys in _NAME.findall(text):
+    for name, keys in re.findall(_NAME, text):
         if name:  # not a quoted string
             yield name, keys
-            yield from (chain for _, index in _STEP.findall(keys) for chain in _chains(index))
+            yield from (chain for _, index in re.findall(_STEP, keys) for chain in _chains(index))
 
 
 def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
@@ -275,7 +275,7 @@ def _entry(name: str, keys: str, scope: Scope) -> tuple[Any, Place | None]:
     place: Place | None = None
     with suppress(EvaluationFailed, KeyError, ExpressionError):
         value = scope.lookup(name)
-        for key, index in _STEP.findall(keys):
+        for key, index in re.findall(_STEP, keys):
             step = key or evaluate(index, scope.lookup)
             if not has(value, step):
                 return None, None

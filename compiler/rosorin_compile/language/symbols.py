@@ -33,7 +33,7 @@ _ELEMENT = "element"  # pseudo kind of all named MJCF elements
 IN_MJCF = (*THINGS, "material", _ELEMENT)
 KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # kinds of names by MJCF tag
 # In the MJCF, shapes are named after their link, and planar and floating joints become joints with these suffixes.
-_DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
+_DERIVED = r"(.+)_(?:collision|visual)_\d+"
 ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 # Sections whose entries have local names, with (kind of entry, local names that are always defined).
 _OWNERS = {"parts": ("part", ("name", "mirrored")), "sensor_types": ("sensor type", ("name", "frame", "parent"))}
@@ -246,7 +246,7 @@ class SymbolTable:
 
     def makes(self, name: str) -> bool:
         """Return True if the MJCF will have a shape with this name, such as LINK_visual_1 for the link LINK."""
-        found = _DERIVED.fullmatch(name)
+        found = re.fullmatch(_DERIVED, name)
         return found is not None and found[1] in self.contents.names.get("link", ())
 
 

@@ -30,7 +30,7 @@ _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "
 # Numbers that strtol and strtod accept, and .inf and .nan of YAML.
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]{1,250}|0[0-7]{0,300}|[1-9][0-9]{0,300})\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
-_ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
+_ZERO = r"[-+]?[0.]+([eE].*)?\Z"
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
 # Launch substitutions $(...), and keywords <...> that nav2_common replaces in parameter files.
@@ -211,7 +211,7 @@ class _Reader:
             number = int(text, 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10)
             return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
-            fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
+            fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or re.match(_ZERO, text)
             return (float(text), "double") if fits else (text, "string")  # rcl reads numbers out of range as strings
         return (float(text.replace(".", "")), "double") if _SPECIAL.match(text) else (text, "string")
 

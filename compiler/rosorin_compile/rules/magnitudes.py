@@ -26,10 +26,10 @@ FAR = 20.0  # m
 # 100, 1000 and 50000 are not multiples of STEP: they mean "no limit".
 FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
 # https://www.w3.org/TR/xml/#charsets
-NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 # Actuator types whose command is a joint position, if the gear is 1.
 _OF_POSITIONS = ("position", "intvelocity", "pid")
-_DEGREES = re.compile(r"([-+]?\d+\.(\d+))\s*deg\Z")
+_DEGREES = r"([-+]?\d+\.(\d+))\s*deg\Z"
 STAND_INS_SHOWN = 8
 _LIMITS = (("joints", "limit", "effort"), ("joints", "limit", "velocity"))  # paths without the name of the joint
 
@@ -55,7 +55,7 @@ def collect(tree: Map) -> Remarkable:
             found.append(("stand_ins", path, node))
         for key, item in node.items() if isinstance(node, Map) else enumerate(node):
             kind = type(item)
-            if isinstance(key, str) and not key.isprintable() and NOT_XML.search(key):
+            if isinstance(key, str) and not key.isprintable() and re.search(NOT_XML, key):
                 found.append(("characters", (*path, key), key))
             if kind in NUMERIC:
                 if kind is Quantity and item.dimension == ANGLE and "." in item.text:
@@ -63,7 +63,7 @@ def collect(tree: Map) -> Remarkable:
                 elif not (-FULL_TURN <= item <= FULL_TURN or has_unit(item) or (*path[:1], *path[2:], key) in _LIMITS):
                     found.append(("numbers", (*path, key), item))
             elif isinstance(item, str):
-                if not item.isprintable() and NOT_XML.search(item):
+                if not item.isprintable() and re.search(NOT_XML, item):
                     found.append(("characters", (*path, key), item))
             elif isinstance(item, (Map, Seq)) and id(item) not in plain and visit(item, (*path, key)):
                 plain.add(id(item))
@@ -139,7 +139,7 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
     """A warning: an angle in degrees is a fraction of pi, such as `1.5708 deg`."""
     reported: set[Path] = set()
     for path, value in case.remarkable["degrees"]:
-        match = _DEGREES.match(value.text)
+        match = re.match(_DEGREES, value.text)
         if match is None or path[:-1] in reported:
             continue
         angle, digits = abs(float(match[1])), len(match[2])
@@ -173,7 +173,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
     for path, text in case.remarkable["characters"]:
         # All entries inherit the ``source`` at the top of a file, so report the same position only once.
         key, span = path[-1] == text, written_place(case.tree, path)[0].span
-        if (match := NOT_XML.search(text)) and (key or span not in reported):
+        if (match := re.search(NOT_XML, text)) and (key or span not in reported):
             where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
             message = f"{where} contains the character U+{ord(match[0]):04X}, which XML files cannot contain"
             yield case.problem("control-character", message, path, key=key)

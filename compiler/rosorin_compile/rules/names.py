@@ -57,7 +57,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
         letter, strange, related = hidden_letter(one.name), foreign(one.name), []
         id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
-        if letter and NOT_XML.search(one.name):  # another rule reports characters that XML does not allow
+        if letter and re.search(NOT_XML, one.name):  # another rule reports characters that XML does not allow
             continue
         if letter:
             # Users cannot suppress errors about materials or robots, so these are only warnings for imported robots.

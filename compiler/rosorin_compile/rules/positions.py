@@ -26,7 +26,7 @@ COARSE = 0.1
 # The ranges of a servo and its joint may differ by an unspecified gear ratio, but not by this factor.
 OTHER_RANGE = 20.0
 SEVERAL_TURNS = 4 * math.pi
-_INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<")
+_INITIAL = r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*<"
 
 
 @rule("beyond-joint-limit", "A warning: a value exceeds joint limits.", "Correct the value.", JOINTS, "joint", "always")
@@ -53,7 +53,7 @@ def within_limits(case: Case) -> Iterator[Diagnostic]:
             path = case.joint(joint, "safety_controller")
             yield case.problem("beyond-joint-limit", message, path, "remove the soft limits", within=True)
         for index, text in enumerate(joint.urdf_elements):
-            for value in (value for value in map(float, _INITIAL.findall(text)) if not _has(ends, value)):
+            for value in (value for value in map(float, re.findall(_INITIAL, text)) if not _has(ends, value)):
                 message = f'the initial position of joint "{joint.name}" is {number(value)}, outside its limits'
                 yield case.problem("beyond-joint-limit", message, case.joint(joint, "urdf_elements", index))
 

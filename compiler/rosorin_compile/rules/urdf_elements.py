@@ -28,7 +28,7 @@ from .joints import WORLD_FRAMES
 
 _MAX_SUGGESTED = 3
 _AROUND = "urdf_elements"  # tag that is wrapped around a snippet to parse it; a snippet does not contain this tag
-_CLOSES = re.compile(r"</(.+)> does not close <(.+)>")
+_CLOSES = r"</(.+)> does not close <(.+)>"
 
 
 def urdf_texts(case: Case) -> Iterator[tuple[Path, str]]:
@@ -69,7 +69,7 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
             reason, span, help = problem.diagnostic.message, problem.diagnostic.span, problem.diagnostic.help
             line, column = (span.line, span.column) if span else (1, 1)
             column -= len(_AROUND) + 2 if line == 1 else 0
-            left = _CLOSES.fullmatch(reason)
+            left = re.fullmatch(_CLOSES, reason)
             if left and left[1] == _AROUND:  # a child element is not closed
                 reason, line, help = f"<{left[2]}> is not closed", 0, f"add </{left[2]}>"
             elif left and left[2] == _AROUND:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MAX_BYTES, MAX_NODES = 20_000_000, 1_000_000
 _INT = re.compile(r"[-+]?[0-9]+\Z")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
-_BASED = re.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
+_BASED = r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z"
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _WORDS |= {sign + word: float(sign + "inf") for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
@@ -42,7 +42,7 @@ _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
 # Matches a calculation after a unit tag. Powers are not allowed, because they could take arbitrarily long.
-_CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
+_CALCULATION = rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+"
 
 LoadError = SourceError
 
@@ -106,23 +106,23 @@ def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX
         raise LoadError(explain_mistake(source, problem)) from None
 
 
-_BIDI = re.compile("[\u202a-\u202e\u2066-\u2069]")
-_LINE_ENDS = re.compile("[\x85\u2028\u2029]")
-_DIRECTIVE = re.compile(r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---")
+_BIDI = "[\u202a-\u202e\u2066-\u2069]"
+_LINE_ENDS = "[\x85\u2028\u2029]"
+_DIRECTIVE = r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---"
 
 
 def _check_text(source: Source) -> None:
     text = source.text
-    if directive := _DIRECTIVE.match(text) if "%" in text[:1_000] else None:
+    if directive := re.match(_DIRECTIVE, text) if "%" in text[:1_000] else None:
         message = f"{directive[1].split('#')[0].strip()} has no effect: files are read as YAML 1.2"
         raise LoadError(error("yaml-directive", message, source.span(directive.start(1)), "remove the line"))
     if text.isascii():
         return
-    if found := _BIDI.search(text):
+    if found := re.search(_BIDI, text):
         help = f'remove it, or write the text in double quotes with "\\u{ord(found[0]):04x}"'
         message = f"{in_words(found[0])} changes the order in which editors display this line"
         raise LoadError(error("bidi-control", message, source.span(found.start()), help))
-    if not (line_ends := {found.start() for found in _LINE_ENDS.finditer(text)}):
+    if not (line_ends := {found.start() for found in re.finditer(_LINE_ENDS, text)}):
         return
     for token in quoted_tokens(text):
         line_ends -= {*range(token.start_mark.index, token.end_mark.index)}
@@ -215,7 +215,7 @@ class _Composer:
         """Convert a number with a unit tag of xacro, such as ``!degrees 90``, to SI units."""
         text, names = event.value.strip(), {name: getattr(math, name) for name in _FUNCTIONS}
         with suppress(Exception):
-            if _CALCULATION.fullmatch(text):
+            if re.fullmatch(_CALCULATION, text):
                 text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - only arithmetic can match
         if (quantity := Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")) is None:
             help = "write a number after the tag, or remove the tag and write a unit"
@@ -233,7 +233,7 @@ def plain_scalar(text: str) -> Any:
             return int(text) if len(text.lstrip("+-")) < 19 else float(text)
         if _FLOAT.match(text):
             return float(text)
-        if text.startswith(("0x", "0o")) and _BASED.match(text):
+        if text.startswith(("0x", "0o")) and re.match(_BASED, text):
             return int(text, 0)
         if (quantity := Quantity.parse(text)) is not None:
             return quantity

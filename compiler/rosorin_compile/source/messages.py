@@ -17,8 +17,8 @@ _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
 _OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
 _OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
-_SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does|must)\b)")
-_QUOTED = re.compile(r'"[^"]*"')
+_SUBJECT = r"^.*?(?= (has|needs|is|cannot|does|must)\b)"
+_QUOTED = r'"[^"]*"'
 _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
@@ -29,7 +29,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
         if span is not None:  # ignore names: entries that share a faulty value have different names
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
-            message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
+            message = re.sub(_SUBJECT, "", message) if rule in _OF_VALUES else message
         causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
     return add_suggestions(sorted(map(_merged, causes.values()), key=order))
 
@@ -60,7 +60,7 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
         uses |= dict.fromkeys([use for use in other.related if isinstance(use, Use) and use not in first.related][:1])
     others = 0 if uses else len({diagnostic.message for diagnostic in same}) - 1
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value")
-    names = [name for other in same[1:] for name in _QUOTED.findall(other.message) if name not in first.message]
+    names = [name for other in same[1:] for name in re.findall(_QUOTED, other.message) if name not in first.message]
     more = f"the same applies to {first_of([*dict.fromkeys(names)], _PLACES)}" if more and names else more
     before, after = ([Related(t.strip(), None)] if t else [] for t in (more, and_more(len(uses) - _PLACES)))
     return replace(first, related=(*before, *first.related, *[*uses][:_PLACES], *after))
@@ -91,7 +91,7 @@ def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list
 
 UNNAMED = "is defined here and may be the misspelt name"  # message at an unused definition with a similar name
 USED = "used here"
-_MEANT = re.compile(r'did you mean "([^"]+)"\?')
+_MEANT = r'did you mean "([^"]+)"\?'
 # Rules that suggest a key, value, type or unit instead of a name that the user defined.
 _OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
 
@@ -106,7 +106,7 @@ class Offer(NamedTuple):
 def offer(diagnostic: Diagnostic) -> Offer | None:
     """Return the unknown name in an error and the suggested name, or None if the error suggests no name."""
     is_name = diagnostic.severity == ERROR and diagnostic.rule not in _OF_SHAPE
-    if not is_name or (found := _MEANT.match(diagnostic.with_help().help)) is None:
+    if not is_name or (found := re.match(_MEANT, diagnostic.with_help().help)) is None:
         return None
     meant = found[1]
     if isinstance(diagnostic.suggest, Suggestion):

@@ -34,7 +34,7 @@ class Heading:
 ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
 FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
 SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
-_ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
+_ID = "[a-z0-9]+(-[a-z0-9]+)*"
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 
 
@@ -78,7 +78,7 @@ class Check(NamedTuple):
     def ids(self) -> list[str]:
         """Return the ids of the rules. Raises ValueError if a rule is invalid, or if there are no rules."""
         for rule in self.rules:
-            if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
+            if not re.fullmatch(_ID, rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
                 what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
                 raise ValueError(f'the rule "{rule.id}" is invalid: {what}')
         if not self.rules:

@@ -82,7 +82,7 @@ _ALIKE = (
 LATIN = str.maketrans(_ALIKE[::2], _ALIKE[1::2])
 # Invisible characters that are not in Unicode's categories for control and format characters.
 _FILLERS = "\u034f\u115f\u1160\u17b4\u17b5\u180b\u180c\u180d\u180f\u2800\u3164\uffa0"
-_SELECTORS = re.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
+_SELECTORS = "[\ufe00-\ufe0f\U000e0100-\U000e01ef]"
 _WORD = re.compile(r"[^\W\d_]+")
 
 
@@ -93,7 +93,7 @@ def hidden_letter(name: str) -> str:
     from unicodedata import category
 
     kinds = ("Cc", "Cf", "Cs", "Zl", "Zp")
-    return next((c for c in name if category(c) in kinds or c in _FILLERS or _SELECTORS.match(c)), "")
+    return next((c for c in name if category(c) in kinds or c in _FILLERS or re.match(_SELECTORS, c)), "")
 
 
 def foreign(name: str) -> str:

@@ -15,11 +15,11 @@ from .wording import count_of, printable
 MAX_DEPTH = 60
 _QUOTE = "put the text in quotes"
 _COMMENT = 'a comment begins with "#"'
-_COLON = re.compile(r":(\s|$)")
-_ITEM = re.compile(r"^ *(- +)*")
-_FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
+_COLON = r":(\s|$)"
+_ITEM = r"^ *(- +)*"
+_FOREIGN_COMMENT = r" *(//|/\*|<!--|--)"
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
-_IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
+_IN_BRACKETS = r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]"""
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a multi-line text", "|": "a multi-line text"}
 # (text in libyaml's message, message to report, help, True to report it at the start of the context).
 # {letter} is the character at which libyaml stopped.
@@ -75,7 +75,7 @@ class _Failure:
         return next((made for number in lines if (made := self.foreign_comment(number))), None)
 
     def foreign_comment(self, line: int) -> Diagnostic | None:
-        found = _FOREIGN_COMMENT.match(self.source.line(line))
+        found = re.match(_FOREIGN_COMMENT, self.source.line(line))
         message = f'"{found[1]}" does not begin a comment' if found else ""
         return self.report(message, _COMMENT, (line, found.start(1) + 1), len(found[1])) if found else None
 
@@ -114,7 +114,7 @@ class _Failure:
         closing, is_other = "}" if self.opened == "{" else "]", self.letter in ("]", "}")
         depth, is_closed = 0, False
         rest = "\n".join(self.source.text.splitlines()[self.begun[0] - 1 :])[self.begun[1] - 1 :]
-        for found in _IN_BRACKETS.finditer(rest):
+        for found in re.finditer(_IN_BRACKETS, rest):
             depth += (found[0] in "[{") - (found[0] in "]}")
             is_closed = is_closed or (depth == 0 and found[0] in "]}")
         if is_other or not is_closed:
@@ -134,7 +134,7 @@ class _Failure:
 
     def colon(self) -> Diagnostic | None:
         not_allowed = "mapping values are not allowed" in self.what
-        if not_allowed and (found := _COLON.search(self.before)):
+        if not_allowed and (found := re.search(_COLON, self.before)):
             value = self.before[found.end() :]
             place = (self.line, found.end() + 1 + len(value) - len(value.lstrip()))
             return self.report('text with ":" needs quotes', _QUOTE, place, len(value.strip()))
@@ -147,8 +147,8 @@ class _Failure:
                 if is_item or not higher or not _is_bare(self.source.line(higher)):
                     return self.bare_line(number)
                 number = higher
-        if not_allowed and _COLON.search(text := self.source.line(above)):
-            name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
+        if not_allowed and re.search(_COLON, text := self.source.line(above)):
+            name = printable(re.split(_COLON, text.strip().lstrip("- "))[0].strip()[:40])
             message, spaces = f'this line is indented below "{name}", which already has a value', _key_indent(text)
             help = f'indent it by {count_of(spaces, "space")}, like "{name}"' if spaces else "remove its indentation"
             return self.report(message, help, (self.line, self.indent + 1))
@@ -215,11 +215,11 @@ def _keys() -> set[str]:
 
 def _is_bare(line: str) -> bool:
     text = line[_key_indent(line) :].strip()
-    return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
+    return bool(text) and not re.search(_COLON, text) and not text.startswith(("[", "{", "---", "'", '"'))
 
 
 def _key_indent(line: str) -> int:
-    return len(line) - len(_ITEM.sub("", line))
+    return len(line) - len(re.sub(_ITEM, "", line))
 
 
 def quoted_tokens(text: str) -> Iterator[Any]:

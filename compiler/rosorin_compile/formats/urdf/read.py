@@ -71,7 +71,7 @@ NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
 _ATTRIBUTES = {tag: (*TEXTS.get(tag, ()), *NUMBERS.get(tag, ())) for tag in (*TEXTS, *NUMBERS)}
 
 _PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
-_NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
+_NOT_PRINTED = "[\x00-\x1f\x7f]"
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
 _WITH_RANGE = ("revolute", "prismatic")
@@ -195,7 +195,7 @@ class _Reader(XmlReader):
         if name.strip():
             wrong = "contains one of < > & \" ' or a control character"
             wrong = "begins or ends with a space" if name != name.strip() else wrong
-            message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {wrong}', "rename it"
+            message, help = f'the name of the {element.tag} "{re.sub(_NOT_PRINTED, "?", name)}" {wrong}', "rename it"
         self.error("bad-name", message, element.attributes["name"].span, help)
         return name
 

@@ -47,7 +47,7 @@ MAX_SHOWN = 40  # maximum number of characters of an argument in a message
 _MAX_FILES = 500
 _CHECKED = ("argument", "value", "part", "sensor type", "publisher", "mode")
 _EXPRESSIONS = ("argument", "value", "parameter")
-_QUOTED = re.compile(r'"([^"]+)"')
+_QUOTED = r'"([^"]+)"'
 MAX_ROUNDS = 100
 MAX_RELATED = 6
 
@@ -281,7 +281,8 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.contents.names.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
-    missing = {name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message)} - existing
+    messages = " ".join(one.message for one in diagnostics if one.severity != NOTE)
+    missing = {*re.findall(_QUOTED, messages)} - existing
     if not missing:
         return diagnostics
     rounds: Counter[int] = Counter()
@@ -300,7 +301,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     others: list[Diagnostic] = []
     groups: dict[tuple[tuple[int, str], str], list[Diagnostic]] = {}
     for diagnostic in diagnostics:
-        names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
+        names = re.findall(_QUOTED, diagnostic.message) if diagnostic.severity != NOTE else ()
         cause = next((causes[name] for name in names if name in causes), None)
         (groups.setdefault((cause, diagnostic.severity), []) if cause else others).append(diagnostic)
     return [*others, *(_explained(dropped[cause], arrange(group)) for (cause, _), group in groups.items())]

@@ -42,7 +42,7 @@ Tell = Callable[[Diagnostic], None]
 _KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool, "with": Map}
 _KINDS |= dict.fromkeys(("macro", "prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
-_PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # valid prefixes of names
+_PREFIX = r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?"  # valid prefixes of names
 # Patterns of command line options in help texts of importers, and keys of ``include`` to suggest instead.
 _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
@@ -60,7 +60,7 @@ _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "
 _NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
 
 # A URL, an absolute path, or a path with a Windows drive letter.
-_ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
+_ABSOLUTE = r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\"
 OF_MJCF = ("mjcf", "mjcf_elements")  # keys of the description and of a link with lists of MJCF elements
 
 
@@ -326,7 +326,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
         scope.report("missing-key", message, place_of(entry, "with", scope), help)
         good = False
     prefix = entry.get("prefix")
-    if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
+    if isinstance(prefix, str) and not re.fullmatch(_PREFIX, prefix):
         help = "do not use < > &, quotes or spaces at the ends"
         raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
@@ -392,12 +392,12 @@ def relative_files(tree: Map) -> list[str]:
     """Return the relative mesh and texture file names in the tree of a robot, without duplicates."""
     names: dict[str, str] = {}
     map_files(tree, lambda name: names.setdefault(name, name))
-    return [name for name in names if not _ABSOLUTE.match(name)]
+    return [name for name in names if not re.match(_ABSOLUTE, name)]
 
 
 def move_files(tree: Map, folder: str) -> Map:
     """Return the tree of a robot with ``folder`` prepended to each relative mesh or texture file name."""
-    return map_files(tree, lambda name: name if _ABSOLUTE.match(name) else f"{folder.rstrip('/')}/{name}")
+    return map_files(tree, lambda name: name if re.match(_ABSOLUTE, name) else f"{folder.rstrip('/')}/{name}")
 
 
 def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:

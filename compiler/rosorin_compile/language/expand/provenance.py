@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from .scope import Scope
 
 # An expression that is only a name, or an entry of a table or list: ${m}, ${wheel.mass}, ${sizes[0]}.
-_LONE_NAME = re.compile(r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z")
-_STEP = re.compile(r"\.([^\W\d]\w*)|\[(\d+)\]")
+_LONE_NAME = r"([^\W\d]\w*)((?:\.[^\W\d]\w*|\[\d+\])*)\Z"
+_STEP = r"\.([^\W\d]\w*)|\[(\d+)\]"
 _MOUNT = f"={MOUNT}"  # pseudo name of the frame that a part is attached to
 _OF_USE = ("name", "mirrored", "prefix")  # names that are defined in every part, but not by an argument
 MAX_STEPS = 20  # maximum length of a chain of names such as a: ${b}, b: ${c}
@@ -137,7 +137,7 @@ class _Search:
     def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
         text = _text_at(span)
         found = pieces(text) if steps else ()
-        match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
+        match = re.match(_LONE_NAME, found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
         name, keys = (match[1], match[2]) if match else (_MOUNT if steps and text == MOUNT else "", "")
         definition = self.definition(scope, name, keys) if name else None
         # Do not follow names into a part of the library or of a package, because users cannot edit its defaults.
@@ -168,7 +168,7 @@ class _Search:
         value: Any = owner.values.get(name)
         argument = local is None and name in owner.declared
         keeps_kind = owner.declared[name].accepts(value) if argument else not is_like_a_number(value)
-        for key, index in _STEP.findall(keys):
+        for key, index in re.findall(_STEP, keys):
             step: Any = key or int(index)
             if not has(value, step):
                 return None

@@ -35,7 +35,7 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
     return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
 
 
-FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
+FILE = r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"'
 
 
 def _asked(tree: Map, version: str, name: str) -> OutputEntry:  # noqa: ARG001
@@ -161,7 +161,7 @@ FORMAT = Format(
     optional=True,
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
-    beside=lambda text: FILE.findall(text),
+    beside=lambda text: re.findall(FILE, text),
     opens=_lazy(".unsupported", "file_path"),
     copies=_lazy("..mesh_copies", "copy_meshes"),
     syntax=xml_syntax,

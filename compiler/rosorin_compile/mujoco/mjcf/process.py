@@ -92,7 +92,7 @@ def refusal(text: str, folder: Path, seconds: int = SECONDS) -> Refusal:
     """
     from xml.sax.saxutils import unescape
 
-    names = FILE.findall(text)
+    names = re.findall(FILE, text)
     for file in (folder / unescape(name, {"&quot;": '"'}) for name in names):
         files.record(file, files.version(file))
     if not is_installed("mujoco"):

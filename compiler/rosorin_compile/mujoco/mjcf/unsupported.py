@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 
 # Attributes of a pair, a spatial tendon or a sensor that refer to a geom (sensor: objtype="geom" objname="...").
-_GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")
+_GEOM = r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\""""
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
 _CONVERTED = (".dae", ".gltf", ".glb")  # meshes that are converted to .obj
@@ -73,7 +73,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
         return
     from html import unescape  # slow to import
 
-    for name in dict.fromkeys(_GEOM.findall(text)):
+    for name in dict.fromkeys(re.findall(_GEOM, text)):
         if (link := left_out.get(unescape(name))) is not None:
             message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)})'
             help = "put the file of its mesh there, or take out what names it"

@@ -136,7 +136,7 @@ def indented(texts: Iterable[str], indent: str) -> list[str]:
     return [indent_lines(text, indent) for text in texts]
 
 
-_MARKUP = re.compile(
+_MARKUP = (
     r"(?s)<!--(?P<comment>.*?)(?:-->|\Z)|<!\[CDATA\[(?P<cdata>.*?)(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)|"
     r"<(?P<tag>(?:[^<>\"']|\"[^\"]*\"|'[^']*')*)(?P<end>>|\"|'|\Z)?"
 )
@@ -152,7 +152,7 @@ def attribute_value(text: str) -> str:
 
 def escape_for(before: str, value: str) -> str:
     """Escape a value for insertion into XML after the text ``before``; complete elements are not escaped."""
-    last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
+    last = next(iter([*re.finditer(_MARKUP, before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
             return re.sub("-(?=-|$)", "- ", value)

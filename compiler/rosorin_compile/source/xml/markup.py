@@ -26,13 +26,13 @@ COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 MarkupError = SourceError  # raised for XML that is invalid or unsafe to read
 
 # Matches the text up to an XML declaration. A lazy ".*?" would take exponential time in the number of comments.
-_DECLARATION = re.compile(r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)")
+_DECLARATION = r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)"
 _DECLARED = re.compile(r"""encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""")
 # Python's codecs for text. Other codecs decode binary data, or interpret escape sequences.
-_ENCODING = re.compile(r"utf-8|ascii|iso8859|iso2022|cp\d|gb|hz|big5|euc|shift_jis|johab|koi8|mac|tis|ptcp|kz")
-_COMMENT = re.compile("(?s)<!--(.*?)-->")
-_TAG = re.compile(r"""(?s)<!--.*?-->|<!\[CDATA\[.*?\]\]>|(<[A-Za-z_](?:[^<>"']|"[^"]*"|'[^']*')*>)""")
-_NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
+_ENCODING = r"utf-8|ascii|iso8859|iso2022|cp\d|gb|hz|big5|euc|shift_jis|johab|koi8|mac|tis|ptcp|kz"
+_COMMENT = "(?s)<!--(.*?)-->"
+_TAG = r"""(?s)<!--.*?-->|<!\[CDATA\[.*?\]\]>|(<[A-Za-z_](?:[^<>"']|"[^"]*"|'[^']*')*>)"""
+_NO_SPACE = r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])"""
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
@@ -43,12 +43,12 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
     encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # detects UTF-16 and UTF-32
     beginning = Source(name, data[:10_000].decode("ascii", "replace"))
-    declaration = _DECLARATION.match(beginning.text) if encoding == "utf-8" else None
+    declaration = re.match(_DECLARATION, beginning.text) if encoding == "utf-8" else None
     if declaration and (declared := _DECLARED.search(beginning.text, declaration.start(1), declaration.end())):
         encoding = ""
         with suppress(LookupError):
             encoding = codecs.lookup(declared[1]).name
-        if not _ENCODING.match(encoding):
+        if not re.match(_ENCODING, encoding):
             message = f'{name} declares the encoding "{declared[1]}", which is unknown or not its own'
             span = beginning.span(declared.start(1), len(declared[1]))
             raise MarkupError(error("not-utf8", message, span, "save the file as UTF-8"))
@@ -61,7 +61,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
 
 def without_late_declaration(source: Source) -> Source:
     """Blank out an XML declaration that follows spaces or comments, where only tinyxml2 accepts it."""
-    match, text = _DECLARATION.match(source.text), source.text
+    match, text = re.match(_DECLARATION, source.text), source.text
     if match is None or match.start(1) == 0:
         return source
     return Source(source.path, text[: match.start(1)] + re.sub(r"\S", " ", match[1]) + text[match.end() :])
@@ -71,13 +71,13 @@ def repair(source: Source) -> Source:
     """Fix errors that other parsers accept: ``--`` in comments, trailing zero bytes, no space between attributes."""
     bare = source.text.rstrip("\0 \r\n\t")
     text = bare + source.text[len(bare) :].replace("\0", " ")
-    text = _COMMENT.sub(lambda comment: f"<!--{re.sub('-(?=-|$)', ' ', comment[1])}-->", text)
-    return Source(source.path, _TAG.sub(lambda tag: _NO_SPACE.sub(r"\1 ", tag[1]) if tag[1] else tag[0], text))
+    text = re.sub(_COMMENT, lambda comment: f"<!--{re.sub('-(?=-|$)', ' ', comment[1])}-->", text)
+    return Source(source.path, re.sub(_TAG, lambda tag: re.sub(_NO_SPACE, r"\1 ", tag[1]) if tag[1] else tag[0], text))
 
 
-_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # the same line ends as in ``Source.line``
+_LINE_END = "\r\n|[\n\r\x85\u2028\u2029]"  # the same line ends as in ``Source.line``
 _ATTRIBUTE = re.compile(r"""(?s)\s+([^\s=]+)\s*=\s*(["'])(.*?)\2""")
-_WORD = re.compile(r"[^ \t\r\n]+")
+_WORD = r"[^ \t\r\n]+"
 
 
 class Word(NamedTuple):
@@ -220,7 +220,7 @@ class Document:
             return self.whole
         if self.origin is not None:
             return self.origin(start, length)
-        self._starts = self._starts or [0, *(match.end() for match in _LINE_END.finditer(self.source.text))]
+        self._starts = self._starts or [0, *(match.end() for match in re.finditer(_LINE_END, self.source.text))]
         line = bisect_right(self._starts, start)
         column = start - self._starts[line - 1]
         if line < len(self._starts) and start + length > self._starts[line]:
@@ -234,7 +234,7 @@ class Document:
         """
         if self.whole is not None or "&" in raw or "<" in raw:  # entity references and CDATA change offsets
             return [Word(word, whole) for word in text.split()]
-        return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
+        return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in re.finditer(_WORD, raw)]
 
 
 def name_of(element: Element) -> str:

@@ -83,8 +83,9 @@ def solid_of(shape: Shape, precision: Precision = exact, share: float = 2.0) -> 
 
 
 def _words(shape: Shape) -> tuple[str, ...]:
-    texts = (("material", shape.material), ("name", shape.name), ("texture", shape.texture))
-    words = [f"{word} {text}" for word, text in texts if text]
+    words = [f"{word} {text}" for word in ("material", "name", "texture") if (text := getattr(shape, word))]
+    if not (shape.urdf_elements or shape.contact or shape.mjcf or isinstance(shape.geometry, Mesh)):
+        return tuple(words)
     words += [f"file {shape.geometry.file}"] if isinstance(shape.geometry, Mesh) else []
     words += [f"element {' '.join(text.split())}" for text in shape.urdf_elements]
     values = [*(shape.contact.values if shape.contact else {}).items(), *shape.mjcf.items()]

@@ -281,8 +281,8 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     symbols = SymbolTable(tree)
     existing = {name for kind, some in symbols.contents.names.items() if kind != "robot" for name in some}
     existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
-    messages = " ".join(one.message for one in diagnostics if one.severity != NOTE)
-    missing = {*re.findall(_QUOTED, messages)} - existing
+    messages = [one.message for one in diagnostics if one.severity != NOTE]
+    missing = {name for message in messages for name in re.findall(_QUOTED, message)} - existing
     if not missing:
         return diagnostics
     rounds: Counter[int] = Counter()

@@ -295,6 +295,10 @@ def reach(
             unknown += points is None
             boxes += [Bounds(*(tuple(map(end, zip(*placed, strict=True))) for end in (min, max)))] if placed else []
             continue
+        if isinstance(shape.geometry, model.Sphere):
+            (x, y, z), radius = there.apply(shape.pose.xyz), shape.geometry.radius
+            boxes.append(Bounds((x - radius, y - radius, z - radius), (x + radius, y + radius, z + radius)))
+            continue
         far = reach_along(shape, there)
         lower, upper = (
             (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))

@@ -3,8 +3,8 @@
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
 
+from rosorin_compile.language.symbols import Symbol
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import Offer, move_to_name
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
@@ -26,31 +26,20 @@ steering system thigh tool toolbox torque trajectory trunk upper urdf velocity w
 _USUAL, _ENDINGS = frozenset(_USUAL_WORDS.split()), frozenset(("xml", "sdf", "svg"))
 
 
-class Name(NamedTuple):
-    """A name in the description, the kind of entry that it names, and its path."""
-
-    name: str
-    kind: str
-    path: Path
-    key: bool = False  # True if the name is a key in the YAML file
-
-
-def _names(case: Case) -> Iterator[Name]:
-    for one in case.definitions:
-        if one.path[0] != "edges":
-            yield Name(one.name, one.kind, one.path, one.key)
+def _names(case: Case) -> Iterator[Symbol]:
+    yield from (one for one in case.definitions if one.path[0] != "edges")
     frames: dict[str, Path] = {}
     for index, edge in enumerate(case.robot.edges):
         frames.setdefault(edge.parent, case.edge(index, "parent"))
         frames.setdefault(edge.child, case.edge(index, "child"))
-    yield from (Name(frame, "frame", path) for frame, path in frames.items() if frame not in case.robot.link)
+    yield from (Symbol("frame", frame, path) for frame, path in frames.items() if frame not in case.robot.link)
 
 
 @rule("invisible-letter", "A name has an invisible letter.", "Retype the name.", ARGUMENTS, "link or joint", "lenient")
 @rule("names-look-alike", "A warning: names look alike.", "Rename one of them.", ARGUMENTS, "link or joint", "always")
 def letters(case: Case) -> Iterator[Diagnostic]:
     """Report names with invisible or foreign letters, and names that look like another name."""
-    first: dict[tuple[str, str], Name] = {}
+    first: dict[tuple[str, str], Symbol] = {}
     for one in _names(case):
         kind = "link" if one.kind == "frame" else one.kind
         # Names of materials and outputs may differ only in case, as they do in some imported robots.
@@ -78,14 +67,14 @@ def letters(case: Case) -> Iterator[Diagnostic]:
 @rule("letters-swapped", help="Correct it.", topic=ARGUMENTS, accept="link or joint", imported="always")
 def swapped_letters(case: Case) -> Iterator[Diagnostic]:
     """A warning: a word in a name, or a file extension, is a known word with two letters swapped."""
-    named = [*_names(case), *(Name(name, kind, path, key) for kind, name, path, key in case.symbols.spelt())]
+    named = [*_names(case), *(Symbol(*spelt) for spelt in case.symbols.spelt())]
     for output in case.robot.outputs:  # the symbol table lacks names of files and topics
         path: Path = ("outputs", output.name)
-        named.append(Name(output.file, "file", (*path, "file")))
+        named.append(Symbol("file", output.file, (*path, "file")))
         for option, value in output.options.items():
             for word, name in value.items() if isinstance(value, Mapping) else ():
                 if option == "rename" or word == "topic":
-                    named.append(Name(name, "frame" if option == "rename" else "topic", (*path, option, word)))
+                    named.append(Symbol("frame" if option == "rename" else "topic", name, (*path, option, word)))
     counts = Counter(_WORDS.findall("\n".join(one.name for one in named)))
     usual = _USUAL.union(word for word, number in counts.items() if number > 1)
     slips: dict[str, str] = {}

@@ -60,21 +60,19 @@ class Request:
         packages: Packages = None,
         outputs: FilePath | None = None,
         trust: bool = False,
-        warn: Warn = None,
     ) -> Request:
         """Create a request from API arguments; ``outputs`` is the folder that contains one subfolder per robot."""
         if isinstance(robot, Request):
             return robot
-        found = of_api(robot, arguments, packages)
-        problems = found.diagnostics
-        description = Description(Path(found.name).stem or str(robot), Path(found.name), Path())
+        name, values, folders, problems = of_api(robot, arguments, packages)
+        description = Description(Path(name).stem or str(robot), Path(name), Path())
         if not problems:
             try:
-                description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
+                description = Description.find([name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
                 if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise, the reader reports the error
                     problems = [error("file-unreadable", str(problem), None)]
-        return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
+        return cls(description, values, (), folders, trust, problems=tuple(problems))
 
     @property
     def is_foreign(self) -> bool:
@@ -170,9 +168,9 @@ def read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
     """Return (options for reading a robot in another format, errors in the arguments and packages)."""
-    found = of_api("", arguments, packages)
-    texts, wrong = as_texts(found.arguments)
-    return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
+    _, values, folders, problems = of_api("", arguments, packages)
+    texts, wrong = as_texts(values)
+    return ReadOptions(texts, folders, lenient, tell=warn, trust=trust), [*problems, *wrong]
 
 
 def prove(compiled: CompileResult) -> CompileResult:

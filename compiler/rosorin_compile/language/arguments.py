@@ -123,23 +123,18 @@ def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
     return merged
 
 
-class ApiArguments(NamedTuple):
-    """Validated path, arguments and package folders of a Python API call; unusable if there are diagnostics."""
+def of_api(
+    path: object, arguments: object, packages: object
+) -> tuple[str, dict[str, Any], dict[str, Path], list[Diagnostic]]:
+    """Validate the path, arguments and package folders that were passed to the Python API.
 
-    name: str
-    arguments: dict[str, Any]
-    packages: dict[str, Path]
-    diagnostics: list[Diagnostic]
-
-
-def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
-    """Validate and convert the path, arguments and package folders that were passed to the Python API."""
-    diagnostics: list[Diagnostic] = []
+    Return (path, arguments, folders, errors); the values are unusable if there are errors.
+    """
+    values, diagnostics = from_python({} if arguments is None else arguments)
     name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ""
     if not isinstance(path, (str, os.PathLike)):
-        diagnostics.append(error("wrong-type", f"the path of a robot is text or a Path; this is {type_of(path)}", None))
-    values, wrong = from_python({} if arguments is None else arguments)
-    diagnostics += wrong
+        message = f"the path of a robot is text or a Path; this is {type_of(path)}"
+        diagnostics.insert(0, error("wrong-type", message, None))
     folders: dict[str, Path] = {}
     if not isinstance(packages or {}, Mapping):
         message = f"packages map names to folders; this is {type_of(packages)}"
@@ -150,7 +145,7 @@ def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
         else:
             message = f'there is no folder "{folder!s:.200}" for the package {package!s:.60}'
             diagnostics.append(error("package-missing", message, None))
-    return ApiArguments(name, values, folders, diagnostics)
+    return name, values, folders, diagnostics
 
 
 def takes_no_arguments(path: Path) -> Diagnostic:

@@ -99,7 +99,7 @@ def expand(
         included.settle(tree)
     with expansion.without_limits():
         scope.evaluate_rest()
-    offered = [*reader.offered, *(robot.item for robot in reader.robots)]
+    offered = [*reader.offered, *(entry for entry, _, _ in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
     check_letters(symbols, scope)
     for file in reader.sourced:  # check here: a file may have no entries that inherit its "source"

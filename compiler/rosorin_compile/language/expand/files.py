@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source import project
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
@@ -37,14 +37,6 @@ MAX_NESTED = 200
 INCLUDE_KINDS: dict[str, type] = {"args": Map, "file": str, "package": str, "packages": Map}
 
 
-class RobotInclude(NamedTuple):
-    """An include of a robot in another format: the ``include`` entry, its place, and the file that contains it."""
-
-    item: Map
-    place: Place
-    by: Path
-
-
 class Reader:
     """Read a main file and its includes; collect named values, included robots, file names and diagnostics."""
 
@@ -62,7 +54,7 @@ class Reader:
         self.lets: list[Map] = []  # the "let" section of each file
         self.given: dict[str, tuple[Any, Place]] = {}  # arguments that includes set, as (value, place) by name
         self.offered: list[Map] = []  # the "args" of each include, not evaluated
-        self.robots: list[RobotInclude] = []
+        self.robots: list[tuple[Map, Place, Path]] = []  # (entry of an included robot, its place, the including file)
         self.unread = False  # True if a file could not be read
         self.sourced: list[Map] = []  # included files with the key "source"
         self._package_folders: dict[Path, str] = {}
@@ -100,7 +92,7 @@ class Reader:
                 name = entry.get("file") if isinstance(entry.get("file"), str) else ""
                 is_yaml = name.endswith(project.ENDINGS)  # asked first, because ``robot_endings`` loads all formats
                 if not is_yaml and ("package" in entry or name.lower().endswith(self.robot_endings())):
-                    self.robots.append(RobotInclude(entry, place, path))
+                    self.robots.append((entry, place, path))
                 elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)
         lets = file.get("let")
@@ -214,9 +206,8 @@ class Reader:
                 continue
             has_source = key == "use" or (key in sections() and sections()[key].sourced)
             is_sourced = has_source and isinstance(value, Map) and "source" in file
-            made.put(
-                key, with_sources(value, file) if is_sourced else value, file.key_spans[key], file.value_spans[key]
-            )
+            value = with_sources(value, file) if is_sourced else value
+            made.put(key, value, file.key_spans[key], file.value_spans[key])
         return made
 
     def parts_file(self, name: str) -> Path | None:

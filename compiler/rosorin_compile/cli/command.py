@@ -201,9 +201,8 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the sections of the help: arguments, options and additional lists."""
         params = self.get_params(ctx)
-        arguments = [
-            (one.metavar or one.human_readable_name, one.help or "") for one in params if isinstance(one, Argument)
-        ]
+        positional = [one for one in params if isinstance(one, Argument)]
+        arguments = [(one.metavar or one.human_readable_name, one.help or "") for one in positional]
         options = [row for one in params if isinstance(one, click.Option) and (row := one.get_help_record(ctx))]
         sections: dict[str, Sequence[tuple[str, str]]] = {"Arguments": arguments, "Options": options, **self.sections()}
         for head, rows in sections.items():

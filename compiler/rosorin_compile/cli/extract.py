@@ -61,9 +61,8 @@ _grid_options = cli.combine(
     cli.option("--map-digits N", default=4, help="decimals of heights"),
     cli.option("--step LENGTH", type=_Numbers(positive=True), help=_STEP),
 )
-_output_options = cli.combine(
-    cli.option("-o", "--output FILE", help="write to a file instead of standard output"), cli.force_option
-)
+_output_option = cli.option("-o", "--output FILE", help="write to a file instead of standard output")
+_output_options = cli.combine(_output_option, cli.force_option)
 _ROBOT = "one robot: description, URDF, xacro, SDF or MJCF"
 
 

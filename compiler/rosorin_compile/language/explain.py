@@ -260,9 +260,8 @@ class _Frames:
         if joint.moves or joint.type == "planar":
             numbers += self._vector((*path, "axis"), joint.axis, "")
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
-        publisher = (
-            "published in turns" if joint.name in self.robot.mode_dependent_edges else _in_words(joint.publisher)
-        )
+        in_turns = joint.name in self.robot.mode_dependent_edges
+        publisher = "published in turns" if in_turns else _in_words(joint.publisher)
         ends = (joint.parent, joint.child, joint.name, joint.type)
         transform = Transform.from_rigid(joint.transform())
         return Edge(*ends, publisher, topic, "", transform, tuple(numbers), *self.origins.place_of(path))

@@ -6,7 +6,7 @@ field in the model. Errors are reported only if a value cannot be converted; rul
 """
 
 from collections import Counter
-from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
@@ -218,9 +218,8 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     entries = symbols.tree[section]
-    needs: dict[Any, set[Any]] = {
-        name: set() for name in (entries if isinstance(entries, Map) else range(len(entries)))
-    }
+    names: Iterable[Any] = entries if isinstance(entries, Map) else range(len(entries))
+    needs: dict[Any, set[Any]] = {name: set() for name in names}
     for reference in unresolved_references(robot, symbols, section):
         if (reference.kind, reference.name) not in defined:
             return None

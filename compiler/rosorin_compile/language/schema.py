@@ -294,9 +294,8 @@ def authoring_schema() -> str:
             table[name] = fragment
         rules += [rule.id for check in section.all_checks() for rule in check.rules if rule.accept or rule.mild]
     properties |= after
-    definitions |= {
-        name: draft_7(as_written(one, plain)) for name, one in plain["$defs"].items() if name not in definitions
-    }
+    missing = [name for name in plain["$defs"] if name not in definitions]
+    definitions |= {name: draft_7(as_written(plain["$defs"][name], plain)) for name in missing}
     return json.dumps(committed, indent=1, ensure_ascii=False) + "\n"
 
 

@@ -165,9 +165,8 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         main = max(carrying, key=lambda name: (len(robot.subtree(name)), name.startswith("base")))
         others = [name for name in carrying if name != main]
         message = f"the robot has {len(carrying)} roots, {quote([main, *others], MAX_NAMED)}, but must have one"
-        related = [
-            case.related_place("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])
-        ]
+        also = (main, *others[1:MAX_NAMED])
+        related = [case.related_place("also a root", case.link(name), key=True) for name in also]
         help = " and ".join(f'a joint with "child: {name}"' for name in others[:MAX_NAMED])
         yield case.problem("several-roots", message, case.link(others[0]), f"add {help}", related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))

@@ -47,10 +47,8 @@ class Description:
         """
         if paths := [first_file(name) for name in names] or all_here():
             return [cls.from_path(path, outputs) for path in paths]
-        why = (
-            "; name a description, or go to its project; rosorin-compile init NAME creates one, rosorin-compile import "
-        )
-        why += "FILE converts a URDF, xacro, SDF, MJCF"
+        why = "; name a description, or go to its project; rosorin-compile init NAME creates one, "
+        why += "rosorin-compile import FILE converts a URDF, xacro, SDF, MJCF"
         problems = (f": {'; '.join(problem)}" for folder in _upwards() for problem in without_first_file(folder))
         raise NoDescription(f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above{next(problems, why)}")
 

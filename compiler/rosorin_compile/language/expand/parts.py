@@ -67,9 +67,8 @@ class Parts:
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instance(name, resolved, inner, place, depth)
-                    scope.count(
-                        sum(map(len, filter(None, fragment.values()))), *place
-                    )  # nested parts grow exponentially
+                    size = sum(map(len, filter(None, fragment.values())))
+                    scope.count(size, *place)  # nested parts grow exponentially
                     good &= join(tree, fragment, scope, parts=True)
             except EvaluationFailed:
                 good = False

@@ -469,16 +469,14 @@ def copy(value: Any) -> Any:
 def with_source(tree: Map, owner: Map) -> Map:
     """Copy the key ``source`` of a ``use`` entry to all entries in ``tree`` that lack it."""
     maps = [(key, part) for key, part in tree.items() if isinstance(part, Map) and not holds_many(key)]
-    return tree.with_changes(
-        {key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps}
-    )
+    sourced = {key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps}
+    return tree.with_changes(sourced)
 
 
 def with_sources(section: Map, owner: Map) -> Map:
     """Copy the key ``source`` of a file or ``use`` entry to all entries of a section that lack it."""
-    return section.with_changes(
-        {name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)}
-    )
+    sourced = {name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)}
+    return section.with_changes(sourced)
 
 
 def _sourced(entry: Map, owner: Map) -> Map:

@@ -236,9 +236,8 @@ def _constant(node: ast.Constant, lookup: Lookup) -> Any:
             text = value.value.text
             spaced = text.replace("*", " * ").replace("/", " / ").replace("^", "**")
             help = f'rename the value, or write "{spaced}" to multiply by it'
-            raise ExpressionError(
-                f'"{name}" in "{text}" is a unit, but also the name of a value', node.col_offset, help
-            )
+            message = f'"{name}" in "{text}" is a unit, but also the name of a value'
+            raise ExpressionError(message, node.col_offset, help)
     return value.value
 
 

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from rosorin_compile.model import Limit, Robot
 from rosorin_compile.model.servos import (
-    Nearest,
     NoPulse,
     ServoGroup,
     nearest,
@@ -43,17 +42,17 @@ def groups(draw: st.DrawFn) -> ServoGroup:
 @given(groups(), st.data())
 def test_a_pulse_comes_back_as_itself(group: ServoGroup, data: st.DataObject) -> None:
     pulse = data.draw(st.integers(*group.pulse_range))
-    assert nearest(group, position_of(group, pulse)) == Nearest(pulse, group.radians(pulse), 0.0)
+    assert nearest(group, position_of(group, pulse)) == (pulse, group.radians(pulse), 0.0)
 
 
 @given(groups(), st.floats(0, 1))
 def test_a_position_comes_back_within_half_a_pulse(group: ServoGroup, share: float) -> None:
     first, last = travel(group)
     asked = first + share * (last - first)
-    found = nearest(group, asked)
-    assert group.pulse_range[0] <= found.pulse <= group.pulse_range[1]
-    assert found.off == found.position - asked
-    assert abs(found.off) <= abs(group.rad_per_pulse) / 2 * (1 + 1e-9)
+    pulse, position, difference = nearest(group, asked)
+    assert group.pulse_range[0] <= pulse <= group.pulse_range[1]
+    assert difference == position - asked
+    assert abs(difference) <= abs(group.rad_per_pulse) / 2 * (1 + 1e-9)
 
 
 @given(groups(), st.floats(-10, 10), st.floats(-10, 10))
@@ -73,18 +72,18 @@ def test_the_pulses_within_limits_are_those_whose_positions_are(group: ServoGrou
 
 def test_in_the_middle_the_pulse_nearer_to_zero_is_taken() -> None:
     group = ServoGroup("g", ("j",), 0.5, 500, False, (0, 1000))
-    assert nearest(group, 0.25).pulse == 500
-    assert nearest(group, 0.75).pulse == 501
-    assert nearest(group, -0.75).pulse == 499
+    assert nearest(group, 0.25)[0] == 500
+    assert nearest(group, 0.75)[0] == 501
+    assert nearest(group, -0.75)[0] == 499
 
 
 def test_the_recorded_tuck(rosorin: Robot) -> None:
     recorded = RECORDED["tuck"]
     radians = to_radians(rosorin, recorded["pulses"])
     assert list(radians.values()) == recorded["positions_rad"]
-    assert {
-        joint: nearest(servo_of(rosorin, joint), position).pulse for joint, position in radians.items()
-    } == recorded["pulses"]
+    assert {joint: nearest(servo_of(rosorin, joint), position)[0] for joint, position in radians.items()} == recorded[
+        "pulses"
+    ]
 
 
 def test_the_model_of_the_driver_gives_the_same_doubles(rosorin: Robot) -> None:

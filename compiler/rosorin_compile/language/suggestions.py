@@ -357,11 +357,9 @@ def suggest_name(
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     others = [name for name in known if not name.startswith(prefix)]
-    return (
-        Suggestion(word, [*own, *more], otherwise, others=others)
-        if own
-        else Suggestion(word, known, otherwise, none=none)
-    )
+    if own:
+        return Suggestion(word, [*own, *more], otherwise, others=others)
+    return Suggestion(word, known, otherwise, none=none)
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:

@@ -152,15 +152,8 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
     return farthest
 
 
-class Way(NamedTuple):
-    """The distances (m) along a line at which the line enters and leaves a solid."""
-
-    enters: float
-    leaves: float
-
-
-def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
-    """Return where a line enters and leaves a solid, or None if it misses the solid.
+def through(geometry: Geometry, at: Vector, along: Vector) -> tuple[float, float] | None:
+    """Return the distances (m) along a line at which it enters and leaves a solid, or None if it misses the solid.
 
     ``at`` is a point on the line (m) and ``along`` its direction (unit vector), both in a frame at the centre of the
     solid. For a mesh or a height map, the result is always None.
@@ -180,7 +173,7 @@ def through(geometry: Geometry, at: Vector, along: Vector) -> Way | None:
         for end in (-geometry.length / 2, geometry.length / 2) if isinstance(geometry, Capsule) else ():
             parts.append(_ellipsoid((at[0], at[1], at[2] + end), along, (geometry.radius,) * 3))
     inside = [part for part in parts if part[0] < part[1]]  # all solids are convex, so the parts are contiguous
-    return Way(min(part[0] for part in inside), max(part[1] for part in inside)) if inside else None
+    return (min(part[0] for part in inside), max(part[1] for part in inside)) if inside else None
 
 
 def _slab(start: float, step: float, side: float) -> tuple[float, float]:

@@ -9,7 +9,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral
-from typing import NamedTuple
 
 from rosorin_compile.source.diagnostics import UnknownName
 
@@ -18,10 +17,6 @@ from .link import NO_SOURCE, Source
 from .robot import Robot
 
 ROUNDING = 1e-6  # pulses: tolerance, so that a limit computed from a pulse includes that pulse
-
-
-class NoServo(UnknownName):
-    """Raised if a joint is unknown or has no servo."""
 
 
 class NoPulse(ValueError):
@@ -48,27 +43,19 @@ class ServoGroup:
         return position / self.rad_per_pulse * (-1 if self.flipped else 1) + self.zero_pulse
 
 
-class Nearest(NamedTuple):
-    """The pulse nearest to a requested position."""
-
-    pulse: int
-    position: float  # position of the pulse (rad or m)
-    off: float  # ``position`` minus the requested position (rad or m)
-
-
 def servo_of(robot: Robot, joint: str) -> ServoGroup:
-    """Return the servo group of a joint. Raises NoServo if the joint is unknown or has no servo."""
+    """Return the servo group of a joint. Raises UnknownName if the joint is unknown or has no servo."""
     for group in robot.servos:
         if joint in group.joints:
             return group
     joints = [name for group in robot.servos for name in group.joints]
     if joint in robot.joint:
-        raise NoServo("servo for joint", joint, none=f"joints with a servo: {', '.join(joints) or 'none'}")
-    raise NoServo("joint", joint, joints or robot.joint)
+        raise UnknownName("servo for joint", joint, none=f"joints with a servo: {', '.join(joints) or 'none'}")
+    raise UnknownName("joint", joint, joints or robot.joint)
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
-    """Convert pulses by joint name to positions (rad or m) by joint name. Raises NoServo or NoPulse."""
+    """Convert pulses by joint name to positions (rad or m) by joint name. Raises UnknownName or NoPulse."""
     return {joint: position_of(servo_of(robot, joint), pulse, joint) for joint, pulse in pulses.items()}
 
 
@@ -80,15 +67,18 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
     return group.radians(int(pulse))
 
 
-def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
-    """Return the pulse nearest to a position (rad or m). Raises NoPulse, naming ``joint``, if it is out of range."""
+def nearest(group: ServoGroup, position: float, joint: str = "") -> tuple[int, float, float]:
+    """Return the pulse nearest to a position (rad or m), the position of the pulse, and by how much it is larger.
+
+    Raises NoPulse, naming ``joint``, if the position is out of range.
+    """
     (low, high), (first, last), exact = group.pulse_range, travel(group), group.exact_pulse(position)
     if not low - 0.5 <= exact <= high + 0.5:
         span = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
         raise NoPulse(f"no pulse gives the position {position:.6g}{_of(joint)}: {span}")
     candidates = {min(max(whole, low), high) for whole in (math.floor(exact), math.ceil(exact))}
     pulse = min(candidates, key=lambda one: (abs(group.radians(one) - position), abs(one - group.zero_pulse)))
-    return Nearest(pulse, group.radians(pulse), group.radians(pulse) - position)
+    return pulse, group.radians(pulse), group.radians(pulse) - position
 
 
 def travel(group: ServoGroup) -> tuple[float, float]:

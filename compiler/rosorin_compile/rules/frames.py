@@ -139,9 +139,9 @@ def _ends(
     for direction in map(eye.rotate, _directions(view)):
         hits = []
         for path, geometry, to_solid, start in near:
-            way = through(geometry, start, to_solid.rotate(direction))
-            if way is not None and way.leaves > ON_A_FACE and way.enters <= AT_ONCE:
-                hits.append((way.leaves if way.enters < -ON_A_FACE else way.enters, path))
+            enters, leaves = through(geometry, start, to_solid.rotate(direction)) or (0.0, 0.0)
+            if leaves > ON_A_FACE and enters <= AT_ONCE:
+                hits.append((leaves if enters < -ON_A_FACE else enters, path))
         yield min(hits, key=lambda hit: hit[0], default=None)
 
 

@@ -277,11 +277,8 @@ def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: 
         message = f"must be {describe(dimension)}, but {wrong[0].text or float(wrong[0])} is {_kind(wrong[0])}"
         rule, help = "wrong-unit", "correct the unit; a bare number is in SI units"
     elif wrong:
-        rule, message = (
-            "wrong-type",
-            f"must be a list of three numbers, not {'of ' if is_triple else ''}{_kind(wrong[0])}",
-        )
-        help = ""
+        message = f"must be a list of three numbers, not {'of ' if is_triple else ''}{_kind(wrong[0])}"
+        rule, help = "wrong-type", ""
     scope.report(rule, f'"{key}" of {owner} {message}', place_of(tree, key, scope), help)
     return False
 

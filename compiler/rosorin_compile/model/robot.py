@@ -366,10 +366,8 @@ class Robot:
         broadcasters = [one.params for one in self.controllers if one.type.startswith("joint_state_broadcaster")]
         published = set[object]() if broadcasters else measured
         for params in broadcasters:
-            joints, interfaces, extra = (
-                value if isinstance(value := params.get(key), tuple) else ()
-                for key in ("joints", "interfaces", "extra_joints")
-            )
+            lists = {key: value for key, value in params.items() if isinstance(value, tuple)}
+            joints, interfaces, extra = (lists.get(key, ()) for key in ("joints", "interfaces", "extra_joints"))
             # joint_state_broadcaster publishes all interfaces unless both "joints" and "interfaces" are set.
             chosen = measured.intersection(joints) if "position" in interfaces else set()
             published |= {*extra, *(chosen if joints and interfaces else measured)}

@@ -21,13 +21,9 @@ UNEVEN = 0.001  # m: wheels with larger height differences are not on one floor
 LEAST = 1e-4  # m: wheels that are closer than this along an axis have the same position on it
 # Pairs of roles whose names imply that the first wheel is farther along x (or y) than the second wheel.
 _FRONT, _LEFT = (0, "in front of"), (1, "to the left of")
-_PAIRS = {
-    MECANUM: (
-        *(("front_left", "rear_left", *_FRONT), ("front_right", "rear_right", *_FRONT)),
-        *(("front_left", "front_right", *_LEFT), ("rear_left", "rear_right", *_LEFT)),
-    ),
-    DIFFERENTIAL: (("left", "right", *_LEFT),),
-}
+_PAIRS = {DIFFERENTIAL: [("left", "right", *_LEFT)]}
+_PAIRS[MECANUM] = [(f"front_{side}", f"rear_{side}", *_FRONT) for side in ("left", "right")]
+_PAIRS[MECANUM] += [(f"{end}_left", f"{end}_right", *_LEFT) for end in ("front", "rear")]
 
 
 def _named(case: Case, drive: Drive | None) -> Iterator[tuple[str, Joint, Path]]:

@@ -205,13 +205,10 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 continue
             middle = places[outer.name].apply(ball.middle)[axis]
             first = bisect_left(order, (middle - ball.radius, ""))
-            inside = [
-                name
-                for _, name in order[first : bisect_right(order, (middle + ball.radius, "\uffff"))]
-                if group[name] != group[outer.name]
-                and frozenset((group[name], group[outer.name])) not in near
-                and frozenset((name, outer.name)) not in apart
-            ]
+            last = bisect_right(order, (middle + ball.radius, "\uffff"))
+            inside = [name for _, name in order[first:last] if group[name] != group[outer.name]]
+            inside = [name for name in inside if frozenset((group[name], group[outer.name])) not in near]
+            inside = [name for name in inside if frozenset((name, outer.name)) not in apart]
             to_shape = places[outer.name].then(shape.pose.transform()).inverse() if inside else Transform()
             inside = [name for name in inside if holds(shape.geometry, to_shape, [starts[name]])]  # nearly always none
             inside = [n for n in inside if holds(shape.geometry, to_shape, _points(robot.link[n], places[n]))]

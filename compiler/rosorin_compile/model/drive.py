@@ -85,8 +85,7 @@ class Twist(NamedTuple):
     wz: float = 0.0
 
 
-@dataclass(frozen=True)
-class Wheel:
+class Wheel(NamedTuple):
     """A driven wheel: its position relative to the centre of the drive (m) and its radius (m)."""
 
     joint: str
@@ -98,8 +97,7 @@ class Wheel:
     steering: str = ""  # the joint that steers the wheel, or "" for an unsteered wheel
 
 
-@dataclass(frozen=True)
-class Steering:
+class Steering(NamedTuple):
     """A steering joint and its position relative to the centre of the drive (m)."""
 
     joint: str
@@ -108,8 +106,7 @@ class Steering:
     sign: float  # -1 if the joint axis points down, else 1
 
 
-@dataclass(frozen=True)
-class DriveKinematics:
+class DriveKinematics(NamedTuple):
     """The kinematics of a drive. Velocities are those of the point ``centre`` (x, y in m) in ``frame``."""
 
     kind: str

@@ -31,6 +31,7 @@ _BINARY |= {ast.Mod: operator.mod, ast.Pow: operator.pow}
 _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {ast.Eq: operator.eq, ast.NotEq: operator.ne}
 _COMPARE |= {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
 _COMPARE |= {ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b}
+_OF_CHOICES = (ast.Eq, ast.NotEq, ast.In, ast.NotIn)  # they are checked against the choices of an argument
 _OTHER_OPERATORS: dict[type[ast.operator], str] = {ast.BitAnd: 'write "and"', ast.BitOr: 'write "or"'}
 _OTHER_OPERATORS |= {ast.BitXor: 'write "**" for a power; "^" is only for units, such as "2 kg*m^2"'}
 _SIZED = (str, list, dict)
@@ -304,26 +305,26 @@ def _unary(node: ast.UnaryOp, lookup: Lookup) -> Any:
 
 
 def _boolean(node: ast.BoolOp, lookup: Lookup) -> Any:
-    result: Any = None
+    result, is_or = None, type(node.op) is ast.Or
     for part in node.values:
-        result = value_of(part, lookup)
-        if bool(result) == isinstance(node.op, ast.Or):
+        result = _NODES[type(part)](part, lookup)
+        if bool(result) == is_or:
             break
     return result
 
 
 def _compare(node: ast.Compare, lookup: Lookup) -> bool:
-    left_node, left = node.left, value_of(node.left, lookup)
-    for op, right_node in zip(node.ops, node.comparators, strict=True):
-        if isinstance(op, (ast.Eq, ast.NotEq, ast.In, ast.NotIn)):
+    left_node, left = node.left, _NODES[type(node.left)](node.left, lookup)
+    for op, right_node in zip(map(type, node.ops), node.comparators, strict=True):
+        if op in _OF_CHOICES:
             _check_choices(left_node, right_node, lookup)
             _check_choices(right_node, left_node, lookup)
-        right = value_of(right_node, lookup)
-        if isinstance(left, Quantity) and isinstance(right, Quantity):
+        right = _NODES[type(right_node)](right_node, lookup)
+        if type(left) is Quantity and type(right) is Quantity:
             common_dimension([left, right])
         EFFORT.spend(left, right)
         try:
-            if not _COMPARE[type(op)](left, right):
+            if not _COMPARE[op](left, right):
                 return False
         except TypeError:
             raise KindError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None

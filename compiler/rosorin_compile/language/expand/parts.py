@@ -68,7 +68,7 @@ class Parts:
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instance(name, resolved, inner, place, depth)
                     size = sum(map(len, filter(None, fragment.values())))
-                    scope.count(size, *place)  # nested parts grow exponentially
+                    scope.count(size, *place)
                     good &= join(tree, fragment, scope, parts=True)
             except EvaluationFailed:
                 good = False
@@ -88,7 +88,7 @@ class Parts:
             where = Place(entry.value_spans["part"], scope.via or entry.via)
             self.found[entry["part"]] = self._look_up(entry["part"], scope, where)
         part = self.found[entry["part"]]
-        scope.count(INSTANCE, *place)
+        scope.count(INSTANCE * (1 + depth), *place)  # nested parts can grow exponentially
         if depth > MAX_NESTED:
             message = f'parts are nested more than {MAX_NESTED} levels deep, at part "{part.name}"'
             scope.report("part-cycle", message, place, 'end the recursion with an "if" in the part')

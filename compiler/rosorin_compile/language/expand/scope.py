@@ -25,7 +25,7 @@ from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
-MAX_NODES = 1_500_000
+MAX_NODES = 3_000_000  # 50,000 parts have 2.7 million
 MAX_CALLED = 30  # maximum depth of nested calls of functions that are defined under "let"
 # Maximum number of steps of all expressions together (about ten seconds); one expression may take a seventh.
 MAX_WORK = 20_000_000

@@ -306,7 +306,8 @@ def diff(
     not_compared = [*found.not_compared]
     for side, file in ((first, first_file), (second, second_file)):
         if file is not None and file.left_out:
-            not_compared += [f"{side.label}: {what}" for what in ([several(file.left_out)] if brief else file.left_out)]
+            left_out = [several(file.left_out)] if brief else file.left_out
+            not_compared += [f"{side.label}: {what}" for what in left_out]
     return replace(found, not_compared=tuple(not_compared), diagnostics=tuple(diagnostics))
 
 

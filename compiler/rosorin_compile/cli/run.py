@@ -307,7 +307,8 @@ def write_depfile(
     names = [escape(name) for name in (target, *dict.fromkeys(map(str, sources)))]
     if os.path.realpath(path) in map(os.path.realpath, (*sources, *made)):
         raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", "name another file")
-    write_file(path, os.fsencode(" \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"), may_replace=is_depfile)
+    text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+    write_file(path, os.fsencode(text), may_replace=is_depfile)
     for file in newer:
         os.utime(file)
 

@@ -25,7 +25,7 @@ UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # (dimension, larg
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # the pattern of names in descriptions
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = r"[-+]?[0-9]{1,18}\Z"
-_NAME_IN_TAG = r'(<[^\s>]+) name="[^"]*">'  # see ``named``
+_NAME_IN_TAG = r'(<[^\s>]+) name="[^"]*">'  # see ``name_of``
 # Elements that must not occur twice with different contents, because parsers differ in which one they use.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")

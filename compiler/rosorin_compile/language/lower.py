@@ -285,7 +285,8 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Convert entries to instances of the dataclass ``kind``, by name; a field ``name`` gets the name of the entry."""
-    has_name, items = "name" in _fields(kind)[0], (entries or {}).items()
+    has_name = "name" in _fields(kind)[0]
+    items = (entries or {}).items()
     return {str(key): record_of(kind, entry, **({"name": str(key)} if has_name else {})) for key, entry in items}
 
 

@@ -160,7 +160,8 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     drive, robot = _sound(case), case.robot
     if drive is None or robot.source.status == "imported" or not robot.has_poses:
         return
-    apart, places = {frozenset(pair) for pair in robot.disabled_contacts}, robot.poses_in_root({})
+    apart = {frozenset(pair) for pair in robot.disabled_contacts}
+    places = robot.poses_in_root({})
     for joint in (robot.joint[name] for name in drive.wheels):
         shapes = [(one.pose.transform(), one.geometry) for one in robot.link[joint.child].collision]
         discs = [(turn, one.length / 2) for turn, one in shapes if isinstance(one, Cylinder)]

@@ -154,7 +154,8 @@ def _claims(case: Case) -> dict[str, list[Step]]:
     steps = [step for step in all_steps(case) if step.child in led_to] if led_to else []
     by_child: dict[str, list[Step]] = {}
     for step in sorted(steps, key=lambda step: (step.edge is not None, not step.joint)):
-        claims, is_published = by_child.setdefault(step.child, []), step.publisher.kind != UNPUBLISHED
+        claims = by_child.setdefault(step.child, [])
+        is_published = step.publisher.kind != UNPUBLISHED
         if (is_published and not claims) if step.edge is None else (is_published or step.joint):
             claims.append(step)
     return by_child

@@ -162,7 +162,8 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     tree = Map(own.span) if any(robots) else own
     for sections in [*robots, own] if any(robots) else ():
         join(tree, sections or Map(own.span), scope)
-    parts, uses = Parts(root.get("parts"), scope, reader.parts_file), root.get("use")
+    parts = Parts(root.get("parts"), scope, reader.parts_file)
+    uses = root.get("use")
     if isinstance(uses, Map):
         good &= check_controls("", root, ("use",), scope) and parts.use(tree, uses, scope)
     for name, body in parts.own.items():  # unused parts have not been checked yet

@@ -51,7 +51,8 @@ def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, el
     ``names`` is the symbol table of the fragment, computed by default. ``elements`` renames the links and joints in a
     string of URDF elements; by default, it renames only links and joints that the fragment defines.
     """
-    placer, made = _Placer(names or SymbolTable(fragment), use, elements), fragment.copy()
+    placer = _Placer(names or SymbolTable(fragment), use, elements)
+    made = fragment.copy()
     tables = [fragment.get(section) for section in ("joints", "sensors") if placer.mirror is not None]
     entries = [entry for table in tables if isinstance(table, Map) for entry in table.values()]
     placer.carrying = [str(entry.get("parent")) for entry in entries if isinstance(entry, Map)]

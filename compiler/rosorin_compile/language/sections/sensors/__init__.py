@@ -102,8 +102,9 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
     for key in (key for key in ("joint", "xyz", "rpy", "publisher") if key in entry):
         message = f'sensor "{name}" is on link "{frame}", whose pose is defined elsewhere: "{key}" has no effect'
         at = lowering.places.get(("joint", above[frame].name)) if frame in above else None
-        spans = (lowering.tree.locate(at, key=True).span,) if at else ()
-        related = tuple(Related(f'the pose of "{frame}" is defined here', span) for span in spans)
+        related: tuple[Related, ...] = ()
+        if at is not None:
+            related = (Related(f'the pose of "{frame}" is defined here', lowering.tree.locate(at, key=True).span),)
         lowering("ignored-key", message, (*path, key), 'remove the key, or add "parent"', related)
 
 
